@@ -80,12 +80,17 @@ impl MeshSurface {
     /// [`MeshError`] if the mesh does not bound a solid.
     pub fn try_new(mesh: TriMesh, parts: Vec<ConvexPart>) -> Result<(Self, MassProperties), MeshError> {
         let mass = check_solid(&mesh)?.mass;
+        Ok((Self::of_solid(&mesh, &mass, &parts), mass))
+    }
+
+    /// As [`try_new`](Self::try_new) for a mesh that is known to bound a solid of these mass properties.
+    pub fn of_solid(mesh: &TriMesh, mass: &MassProperties, parts: &[ConvexPart]) -> Self {
         let mesh = mesh.relative_to(mass.centre_of_mass);
         let parts = parts.iter().map(|p| p.relative_to(mass.centre_of_mass)).collect();
         let tree = SurfaceTree::new(&mesh);
         let mean_curvature = mean_curvature(&mesh);
         let curvature = principal_curvatures(&mesh);
-        Ok((MeshSurface { mesh, mean_curvature, curvature, parts, volume: mass.volume, tree }, mass))
+        MeshSurface { mesh, mean_curvature, curvature, parts, volume: mass.volume, tree }
     }
 
     /// A surface as a timeline stores it: centred, with the mean curvature [1/m] per vertex, which holds in

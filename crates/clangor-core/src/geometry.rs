@@ -1,7 +1,7 @@
 //! Shapes as surfaces and solids.
 //!
 //! * [`tri_mesh`]: triangles; [`topology`]: which triangles share an edge; [`refine`]: smaller triangles;
-//! * [`solid`]: whether a mesh bounds a solid, and what is wrong with it if not;
+//! * [`solid`]: whether a mesh bounds a solid, and what is wrong with it if not; [`mend`]: small faults of files;
 //! * [`mass_properties`], [`principal_axes`]: volume, centre of mass, inertia;
 //! * [`principal_curvature`], which sets the contact time; [`vertex_curvature`]: the same on a mesh;
 //! * [`curvature`]: mean curvature and normals at vertices;
@@ -15,6 +15,7 @@ pub mod hull;
 pub mod icosahedron;
 pub mod mass_properties;
 pub mod meridian;
+pub mod mend;
 mod mesh_error;
 pub mod parts_fit;
 pub mod principal_axes;

@@ -15,7 +15,7 @@ use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
 use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts};
-use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh};
+use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh, size_warning};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use clangor_sim::choose_solver;
 use serde_json::{Value, json};
@@ -299,6 +299,8 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
         Geometry::Shape(_) => (load_geometry(Path::new(""), &reference).map_err(|e| refuse(&e))?, None),
         Geometry::File(file) => {
             let (loaded, mesh) = load_mesh(Path::new(file), reference.scale).map_err(|e| refuse(&e))?;
+            let warnings = loaded.warnings.iter().cloned().chain(size_warning(&loaded.surface));
+            warnings.for_each(|warning| console.warn(format_args!("\"{text}\": {warning}")));
             let cache = ModelCache::find(global.cache.as_deref());
             let found = mesh.parts(None, cache.as_ref()).map_err(|e| refuse(&e))?;
             found.remarks.iter().for_each(|remark| console.warn(remark));
@@ -348,6 +350,7 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
     console.json(&json!({
         "body": facts.map(|facts| facts_json(&facts, material.as_ref())),
         "mass_kg": material.as_ref().map(|material| material.density * loaded.mass.volume),
+        "warnings": loaded.warnings,
         "triangles": triangles,
         "convex_parts": parts,
         "convex_parts_error_m": parts_error,

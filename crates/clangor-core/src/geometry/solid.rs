@@ -120,7 +120,7 @@ fn check_nesting(mesh: &TriMesh, components: usize, piece: &[u32]) -> Result<(),
 }
 
 /// Signed volume [m³] from tetrahedra to `reference`.
-fn winding_volume(mesh: &TriMesh, reference: DVec3) -> f64 {
+pub(super) fn winding_volume(mesh: &TriMesh, reference: DVec3) -> f64 {
     let tetrahedron = |t| {
         let [a, b, c] = mesh.corners(t).map(|v| v - reference);
         a.dot(b.cross(c)) / 6.0
@@ -131,7 +131,7 @@ fn winding_volume(mesh: &TriMesh, reference: DVec3) -> f64 {
 /// Winding number of a closed surface around a point: the sum of the solid angles over 4π.
 ///
 /// Source: Van Oosterom and Strackee (1983), "The Solid Angle of a Plane Triangle".
-fn winding_number(mesh: &TriMesh, point: DVec3) -> f64 {
+pub(super) fn winding_number(mesh: &TriMesh, point: DVec3) -> f64 {
     let half_angle = |t| {
         let [a, b, c] = mesh.corners(t).map(|v| v - point);
         let (la, lb, lc) = (a.length(), b.length(), c.length());

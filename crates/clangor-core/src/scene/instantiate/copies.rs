@@ -126,7 +126,7 @@ fn geometry(
         }
     };
     for message in &loaded.warnings {
-        problems.warn(place(), Doubt::Geometry { message: message.clone() });
+        problems.warn_once(place(), Doubt::Geometry { message: message.clone() });
     }
     let radius = loaded.surface.bounding_radius();
     if !(MIN_RADIUS..=MAX_RADIUS).contains(&radius) {

@@ -75,10 +75,22 @@ fn mended() -> Vec<(&'static str, TriMesh, &'static str)> {
         m.triangles.push([a, b, m.vertices.len() as u32 - 1]);
     };
     vec![
-        ("flipped", changed(&|m| (10..17).for_each(|t| m.triangles[t].swap(0, 1))), "turned 7 triangles that faced"),
-        ("inside out", changed(&|m| m.triangles.iter_mut().for_each(|t| t.swap(0, 1))), "that was inside out"),
+        (
+            "flipped",
+            changed(&|m| (10..17).for_each(|t| m.triangles[t].swap(0, 1))),
+            "turned 7 triangles that faced",
+        ),
+        (
+            "inside out",
+            changed(&|m| m.triangles.iter_mut().for_each(|t| t.swap(0, 1))),
+            "that was inside out",
+        ),
         ("hole", changed(&|m| drop(m.triangles.remove(40))), "closed 1 hole with borders of up to"),
-        ("double", changed(&|m| m.triangles.extend_from_within(3..5)), "left out 2 triangles that lay on others"),
+        (
+            "double",
+            changed(&|m| m.triangles.extend_from_within(3..5)),
+            "left out 2 triangles that lay on others",
+        ),
         ("fin", changed(&fin), "left out 1 triangle of sheets that bound nothing"),
         ("crack", changed(&|m| m.vertices.push(m.vertices[5] + 1e-5)), "closed cracks of up to 0.01 %"),
         ("dust", joined(&good, &resized(&good, 0.01, DVec3::X * 0.1)), "left out 1 separate shell"),
@@ -138,7 +150,11 @@ fn what_cannot_be_mended_is_refused_with_place_and_remedy() {
             joined(&good, &resized(&good, 0.5, DVec3::X * 0.2)),
             &["2 separate shells", "near [0.00000", "0.125 of its volume", "near [0.20000", "unite"],
         ),
-        ("crossing bodies", joined(&good, &resized(&good, 1.0, DVec3::splat(0.033))), &["shells cross near ["]),
+        (
+            "crossing bodies",
+            joined(&good, &resized(&good, 1.0, DVec3::splat(0.033))),
+            &["shells cross near ["],
+        ),
         ("body in a body", joined(&good, &resized(&good, 0.5, DVec3::ZERO)), &["near [", "cavity"]),
         (
             "bodies on an edge",

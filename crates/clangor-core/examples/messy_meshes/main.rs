@@ -1,5 +1,5 @@
-//! Writes a messy mesh of every shape of the library: turned, scaled, with 7000 to 70 000 uneven triangles and
-//! noise of 1 % of an edge.
+//! Writes a messy mesh of every shape of the library: turned, scaled, with 7000 to 70 000 uneven triangles
+//! and noise of 1 % of an edge.
 //!
 //! `cargo run --release -p clangor-core --example messy_meshes -- FOLDER [FORMAT [SEED [SHAPE …]]]`
 //!
@@ -16,7 +16,6 @@ use clangor_core::geometry::solid::check_solid;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::shape::Shape;
 use messy_mesh::{MessyOptions, messy_shape};
-
 
 /// Every shape of the library, the bare names first.
 const SHAPES: [&str; 19] = [
@@ -57,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(folder)?;
     let mut table = String::from("file,shape,triangles,scale,volume,volume_of_shape\n");
     for (k, text) in shapes.iter().enumerate() {
-        // Sizes are spread over the range in steps of the golden section, so that every seed has small and large.
+        // In steps of the golden section, so that every seed has small and large ones.
         let place = (0.618 * (k as f64 + seed as f64)).fract();
         let triangles = (TRIANGLES[0] * (TRIANGLES[1] / TRIANGLES[0]).powf(place)) as usize;
         let seed = seed.wrapping_mul(1000).wrapping_add(k as u64);

@@ -98,8 +98,8 @@ struct Guide<'a> {
 }
 
 impl Guide<'_> {
-    /// The point of the surface nearest to `x` that faces as `normal` does; `x` itself if that is further than
-    /// `within` \[m\].
+    /// The point of the surface nearest to `x` that faces as `normal` does; `x` itself if that is further
+    /// than `within` \[m\].
     fn project(&self, x: DVec3, normal: DVec3, within: f64) -> DVec3 {
         let faces = |t: usize| self.mesh.area_vector(t).normalize_or_zero().dot(normal) > CREASE;
         self.tree.nearest_where(self.mesh, x, within, faces).map_or(x, |nearest| nearest.position)

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! mesh ─► weld ─► a good solid: as it is
-//!           └──► faces ─► seams ─► winding ─► holes ─► shells ─► folds ─► check
+//!           └──► flat ─► seams ─► double, fins ─► winding ─► holes ─► shells ─► folds ─► check
 //! ```
 //!
 //! | fault | mended | otherwise |
@@ -10,7 +10,7 @@
 //! | triangles without area, faces twice, fins | removed | |
 //! | cracks | vertices on open edges merge within [`SEAM`] of the diagonal | [`MeshError::Open`] |
 //! | triangles that face the other way, bodies inside out | turned | [`MeshError::OneSided`] |
-//! | holes | closed, up to a border of [`HOLE`] diagonals, single triangles [`TRIANGLE_HOLE`] | [`MeshError::Hole`] |
+//! | holes | closed, up to a border of [`HOLE`] or [`TRIANGLE_HOLE`] diagonals | [`MeshError::Hole`] |
 //! | several shells | those below [`DUST`] of the largest are left out | [`MeshError::Shells`] |
 //! | folds | smoothed, by up to [`FOLD`] diagonals | [`MeshError::SelfIntersection`] |
 //!
@@ -162,8 +162,8 @@ pub fn mend(mesh: &TriMesh) -> Result<Mended, MeshError> {
     }
     let mut work = Repair { mesh: welded, mends: Vec::new(), diagonal };
     faces::remove_flat(&mut work);
-    faces::remove_double(&mut work)?;
     seams::close_cracks(&mut work);
+    faces::remove_double(&mut work)?;
     faces::remove_fins(&mut work);
     winding::turn_flipped(&mut work)?;
     holes::close_holes(&mut work)?;

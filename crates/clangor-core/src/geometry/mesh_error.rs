@@ -30,7 +30,7 @@ pub enum MeshError {
     },
     /// A triangle has no area: corners coincide or lie on a line.
     #[error(
-        "{count} triangles have no area, the first is triangle {triangle} near {position}; weld or remesh"
+        "{count} triangles have no area, the first is triangle {triangle} near {position:.5}; weld or remesh"
     )]
     Degenerate {
         /// Number of such triangles.
@@ -41,7 +41,7 @@ pub enum MeshError {
         position: DVec3,
     },
     /// Vertices coincide.
-    #[error("{count} vertices coincide with another, the first at {position}; weld the mesh")]
+    #[error("{count} vertices coincide with another, the first at {position:.5}; weld the mesh")]
     Duplicate {
         /// Number of redundant vertices.
         count: usize,
@@ -50,7 +50,7 @@ pub enum MeshError {
     },
     /// Edges with a triangle on one side only.
     #[error(
-        "the surface is open: {edges} boundary edges, one near {position}; close the holes, weld the mesh, \
+        "the surface is open: {edges} boundary edges, one near {position:.5}; close the holes, weld the mesh, \
         or give the shell a thickness"
     )]
     Open {
@@ -61,7 +61,7 @@ pub enum MeshError {
     },
     /// Edges with more than two triangles.
     #[error(
-        "{edges} edges have more than two triangles, one near {position}; remove faces inside of the body, \
+        "{edges} edges have more than two triangles, one near {position:.5}; remove faces inside of the body, \
         or separate the parts that touch there"
     )]
     NonManifold {
@@ -71,7 +71,9 @@ pub enum MeshError {
         position: DVec3,
     },
     /// Neighbouring triangles wind in opposite senses.
-    #[error("triangles wind inconsistently across {edges} edges, one near {position}; recompute the normals")]
+    #[error(
+        "triangles wind inconsistently across {edges} edges, one near {position:.5}; recompute the normals"
+    )]
     Winding {
         /// Number of edges.
         edges: usize,
@@ -79,7 +81,7 @@ pub enum MeshError {
         position: DVec3,
     },
     /// The surface faces inwards.
-    #[error("the surface near {position} faces inwards (volume {volume:.3e} m³); flip the triangles")]
+    #[error("the surface near {position:.5} faces inwards (volume {volume:.3e} m³); flip the triangles")]
     Inverted {
         /// Signed volume \[m³\].
         volume: f64,
@@ -94,7 +96,7 @@ pub enum MeshError {
     },
     /// A component lies inside another, but is not a cavity.
     #[error(
-        "a component near {position} lies inside another, so that its volume would count twice; flip its \
+        "a component near {position:.5} lies inside another, so that its volume would count twice; flip its \
         triangles if it is a cavity, or remove it"
     )]
     Nested {
@@ -132,9 +134,8 @@ pub enum MeshError {
     },
     /// Solids apart from each other.
     #[error(
-        "the mesh has {shells} separate shells, the largest near {first:.5}, the next, with {share:.3} of its \
-        volume, near {second:.5}; a body is one solid: unite \
-        them, or give each a body of its own"
+        "the mesh has {shells} separate shells, the largest near {first:.5}, the next, with {share:.3} of \
+        its volume, near {second:.5}; a body is one solid: unite them, or give each a body of its own"
     )]
     Shells {
         /// Number of solids.
@@ -157,8 +158,8 @@ pub enum MeshError {
     },
     /// Two triangles cross.
     #[error(
-        "the surface crosses itself: triangles {first} and {second}, near {position}; separate them there, or \
-        remesh the body (in Blender: Remesh, Voxel)"
+        "the surface crosses itself: triangles {first} and {second}, near {position:.5}; separate them there, \
+        or remesh the body (in Blender: Remesh, Voxel)"
     )]
     SelfIntersection {
         /// One triangle.

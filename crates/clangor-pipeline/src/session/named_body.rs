@@ -97,8 +97,8 @@ impl NamedSolid {
             let GltfBody { geometry, material, modal, remarks } = file;
             return Ok(NamedSolid { name, geometry, material: Some(material), modal, remarks });
         }
-        let geometry = load_named(word, scale)
-            .map_err(|source| Error::BakeGeometry { name: word.into(), source })?;
+        let geometry =
+            load_named(word, scale).map_err(|source| Error::BakeGeometry { name: word.into(), source })?;
         let remarks = geometry_remarks(word, &geometry);
         Ok(NamedSolid { name, geometry, material, modal: None, remarks })
     }

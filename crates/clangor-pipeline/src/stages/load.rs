@@ -208,7 +208,9 @@ pub fn size_warning(surface: &Surface) -> Option<String> {
     let Surface::Mesh(mesh) = surface else { return None };
     let diagonal = mesh.mesh.diagonal();
     (diagonal > HUGE).then(|| {
-        format!("the body is {diagonal:.0} m across; a file in millimetres needs `scale = 0.001` (--scale 0.001)")
+        format!(
+            "the body is {diagonal:.0} m across; a file in millimetres needs `scale = 0.001` (--scale 0.001)"
+        )
     })
 }
 

@@ -9,7 +9,7 @@ use super::{Fault, Repair};
 
 /// Rounds of turning edges of triangles without area; each undoes all that do not touch another.
 const ROUNDS: usize = 16;
-/// Largest area of fins over that of the mesh.
+/// Largest area of a fin over that of the mesh.
 const MOST_FIN: f64 = 0.05;
 
 /// Triangles with two equal corners go. Those with three corners on a line share their longest edge with a
@@ -131,9 +131,10 @@ pub(super) fn remove_fins(work: &mut Repair) {
             many => many.iter().for_each(|side| attached[patch[side.triangle as usize]] = true),
         }
     }
-    let marked: Vec<bool> = (0..count).map(|t| open[patch[t]] && attached[patch[t]]).collect();
-    let area: f64 = (0..count).filter(|t| marked[*t]).map(|t| work.mesh.area_vector(t).length()).sum();
-    if area <= MOST_FIN * work.mesh.area() {
-        work.remove(&marked, Fault::Fin);
-    }
+    let mut area = vec![0.0; patch_count];
+    (0..count).for_each(|t| area[patch[t]] += work.mesh.area_vector(t).length());
+    let most = MOST_FIN * work.mesh.area();
+    let is_fin = |k: usize| open[k] && attached[k] && area[k] <= most;
+    let marked: Vec<bool> = patch.iter().map(|k| is_fin(*k)).collect();
+    work.remove(&marked, Fault::Fin);
 }

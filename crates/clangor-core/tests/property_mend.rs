@@ -93,9 +93,10 @@ fn property_messy_shapes_are_solids() {
     }
 }
 
-/// Largest relative differences between a messy mesh and the clean shape; see the test for those seen.
-const VOLUME: f64 = 0.02;
-const AREA: f64 = 0.02;
+/// Largest relative differences between a messy mesh and the clean shape. Seen: 3.0e-3 and 2.1e-3, both of
+/// the wineglass, whose clean mesh has coarser facets.
+const VOLUME: f64 = 6e-3;
+const AREA: f64 = 5e-3;
 
 /// Flips some of the triangles.
 fn with_flips(mut mesh: TriMesh, random: &mut SplitMix) -> TriMesh {
@@ -209,6 +210,7 @@ fn assert_close(mended: &Mended, clean: &TriMesh, case: &str) {
     let clean = check_solid(clean).unwrap();
     let volume = mended.report.mass.volume / clean.mass.volume - 1.0;
     let area = mended.report.area / clean.area - 1.0;
+    println!("{case}: volume {volume:.1e}, area {area:.1e}");
     assert!(volume.abs() < 2e-3 && area.abs() < 5e-3, "{case}: volume {volume:.1e}, area {area:.1e}");
 }
 

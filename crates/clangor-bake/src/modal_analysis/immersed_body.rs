@@ -120,7 +120,7 @@ impl<'a> ImmersedBody<'a> {
             return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
         }
         let grid = CellGrid::around(&self.surface, edge);
-        Ok(Immersed { cells: FiniteCells::new(&self.surface, grid, order)?, edge, order })
+        Ok(Immersed { cells: FiniteCells::new(&self.surface, grid, order, self.walls.thickness)?, edge, order })
     }
 
     /// The triangles on which shapes are given: short against waves, and not many more than that needs.

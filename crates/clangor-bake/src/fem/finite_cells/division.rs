@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use super::chain::{Oriented, Origin, Plane, cut, plane_across};
+use super::chain::{Chain, Origin, Plane, plane_across};
 
 /// Cubes along the edge of a cell.
 pub(super) const CUBES: usize = 4;
@@ -90,8 +90,8 @@ impl Division {
     }
 
     /// The part of a chain in each wall, and the triangles of the divisions, each once.
-    pub(super) fn parts(&self, chain: &[Oriented]) -> (Vec<Vec<Oriented>>, Vec<Divided>) {
-        let mut parts = vec![Vec::new(); self.walls()];
+    pub(super) fn parts(&self, chain: &Chain) -> (Vec<Chain>, Vec<Divided>) {
+        let mut parts = vec![Chain::default(); self.walls()];
         let mut divided = Vec::new();
         self.divide(chain, [0; 3], [CUBES; 3], &mut parts, &mut divided);
         (parts, divided)
@@ -100,10 +100,10 @@ impl Division {
     /// Halves a box of cubes until it lies in one wall or is a cube.
     fn divide(
         &self,
-        chain: &[Oriented],
+        chain: &Chain,
         low: [usize; 3],
         high: [usize; 3],
-        parts: &mut [Vec<Oriented>],
+        parts: &mut [Chain],
         divided: &mut Vec<Divided>,
     ) {
         if chain.is_empty() {
@@ -114,7 +114,7 @@ impl Division {
         let mut points = (low[0]..=high[0])
             .flat_map(|x| (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z])));
         if points.all(|point| self.deepest(point) == wall) {
-            parts[wall].extend(chain.iter().filter(|t| t.origin != Origin::Inner));
+            parts[wall].extend(chain.clone());
             return;
         }
         let axis = (1..3).fold(0, |a, b| if high[b] - low[b] > high[a] - low[a] { b } else { a });
@@ -126,16 +126,16 @@ impl Division {
         let (mut below, mut above) = (high, low);
         below[axis] = middle;
         above[axis] = middle;
-        self.divide(&cut(chain, &plane, false, Origin::Inner), low, below, parts, divided);
-        self.divide(&cut(chain, &plane, true, Origin::Inner), above, high, parts, divided);
+        self.divide(&chain.cut(&plane, false, Origin::Inner), low, below, parts, divided);
+        self.divide(&chain.cut(&plane, true, Origin::Inner), above, high, parts, divided);
     }
 
     /// Divides a chain in one cube: by the planes of its six tetrahedra, then by the planes between walls.
     fn divide_cube(
         &self,
-        chain: &[Oriented],
+        chain: &Chain,
         low: [usize; 3],
-        parts: &mut [Vec<Oriented>],
+        parts: &mut [Chain],
         divided: &mut Vec<Divided>,
     ) {
         let corner = DVec3::from_array(low.map(|n| n as f64 / CUBES as f64));
@@ -144,8 +144,8 @@ impl Division {
             across: None,
         };
         let planes = [diagonal(0, 1), diagonal(1, 2), diagonal(0, 2)];
-        let side = |chain: &[Oriented], k: usize, above: bool| cut(chain, &planes[k], above, Origin::Inner);
-        let mut in_tetrahedron = |axes: [usize; 3], chain: &[Oriented]| {
+        let side = |chain: &Chain, k: usize, above: bool| chain.cut(&planes[k], above, Origin::Inner);
+        let mut in_tetrahedron = |axes: [usize; 3], chain: &Chain| {
             self.divide_tetrahedron(chain, &Tetrahedron { axes, low }, parts, divided);
         };
         for first in [true, false] {
@@ -170,9 +170,9 @@ impl Division {
 
     fn divide_tetrahedron(
         &self,
-        chain: &[Oriented],
+        chain: &Chain,
         tetrahedron: &Tetrahedron,
-        parts: &mut [Vec<Oriented>],
+        parts: &mut [Chain],
         divided: &mut Vec<Divided>,
     ) {
         if chain.is_empty() {
@@ -189,29 +189,28 @@ impl Division {
             |wall: &usize| (0..self.walls()).any(|other| points.iter().all(|p| self.at(other, *p) > self.at(*wall, *p)));
         let walls: Vec<usize> = (0..self.walls()).filter(|wall| !never(wall)).collect();
         for &wall in &walls {
-            let mut own = chain.to_vec();
+            let mut own = chain.clone();
             for &other in walls.iter().filter(|other| **other != wall) {
                 let (first, second) = (wall.min(other), wall.max(other));
                 let constant = depths[first].0 - depths[second].0;
                 let slope = depths[first].1 - depths[second].1;
                 let plane = Plane { value: move |x: DVec3| constant + slope.dot(x), across: None };
-                own = cut(&own, &plane, wall < other, Origin::Division(other as u8));
+                own = own.cut(&plane, wall < other, Origin::Division(other));
             }
-            for triangle in &own {
-                match triangle.origin {
-                    Origin::Inner => continue,
-                    Origin::Division(other) if usize::from(other) > wall => {
-                        // Outwards, the depth below the wall falls against that below the other.
-                        let other = usize::from(other);
-                        let outward = (depths[other].1 - depths[wall].1).normalize_or_zero();
-                        let vector = triangle.area_vector();
+            for cap in &own.caps {
+                let Origin::Division(other) = cap.origin else { continue };
+                if other > wall {
+                    // Outwards, the depth below the wall falls against that below the other.
+                    let outward = (depths[other].1 - depths[wall].1).normalize_or_zero();
+                    divided.extend(cap.cones().map(|corners| {
+                        let [a, b, c] = corners;
+                        let vector = (b - a).cross(c - a);
                         let area = vector.length().copysign(vector.dot(outward));
-                        divided.push(Divided { walls: [wall, other], corners: triangle.corners, area });
-                    }
-                    _ => {}
+                        Divided { walls: [wall, other], corners, area }
+                    }));
                 }
-                parts[wall].push(*triangle);
             }
+            parts[wall].extend(own);
         }
     }
 }

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::basis::Basis;
-use super::chain::{Oriented, Origin};
+use super::chain::{Cap, Chain, Origin};
 use super::grid::CellGrid;
 use super::parts::{Cell, Parts, face_area};
 
@@ -117,18 +117,18 @@ fn joined(body: &Parts, cell: &Cell, above: &Cell, axis: usize) -> Vec<[usize; 2
         (Some(_), Some(division)) => {
             let shift = DVec3::AXES[axis];
             let within = |part: &usize| {
-                let section = body.parts[*part].sections.iter().filter(|t| t.origin == Origin::Face(face + 1));
-                let moved: Vec<Oriented> = section
-                    .map(|t| Oriented { corners: t.corners.map(|x| x - shift), origin: Origin::Surface })
-                    .collect();
-                let (walls, _) = division.parts(&moved);
+                let mut section = Chain::default();
+                for cap in body.parts[*part].sections.iter().filter(|cap| cap.origin == Origin::Face(face + 1)) {
+                    let border = cap.border.iter().map(|side| side.map(|x| x - shift)).collect();
+                    section.caps.push(Cap { origin: cap.origin, border });
+                }
+                let (walls, _) = division.parts(&section);
                 let mut areas = vec![0.0; upper.len()];
                 for (wall, chain) in walls.iter().enumerate() {
                     let Some(found) = above.parts[wall].and_then(|part| upper.binary_search(&part).ok()) else {
                         continue;
                     };
-                    let own = chain.iter().filter(|t| t.origin == Origin::Surface);
-                    areas[found] += 0.5 * own.map(Oriented::area_vector).sum::<DVec3>()[axis];
+                    areas[found] += face_area(&chain.caps, face + 1);
                 }
                 areas
             };

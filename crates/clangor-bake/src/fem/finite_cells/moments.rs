@@ -18,7 +18,7 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::basis::Basis;
-use super::chain::{Oriented, Origin};
+use super::chain::{Cap, Chain, Origin};
 use super::division::Divided;
 use super::grid::CellGrid;
 use super::polygon::Polygon;
@@ -76,13 +76,15 @@ pub(super) fn rules(basis: &Basis) -> Vec<Vec<(f64, f64)>> {
 /// The moments of a part of a cell, from its closed chain.
 pub(super) fn part_moments(
     place: [usize; 3],
-    chain: &[Oriented],
+    chain: &Chain,
     rules: &[Vec<(f64, f64)>],
     count: usize,
 ) -> CellMoments {
     // Vertical faces, and the bottom of the cell, add nothing.
-    let counts = |t: &&Oriented| !matches!(t.origin, Origin::Face(0..=4) | Origin::Inner);
-    let pieces: Vec<Piece> = chain.iter().filter(counts).map(|t| Piece::upwards(place, t.corners)).collect();
+    let counts = |cap: &&Cap| matches!(cap.origin, Origin::Face(5) | Origin::Division(_));
+    let caps = chain.caps.iter().filter(counts).flat_map(Cap::cones);
+    let all = chain.triangles.iter().copied().chain(caps);
+    let pieces: Vec<Piece> = all.map(|corners| Piece::upwards(place, corners)).collect();
     let mut moments = vec![0.0; count.pow(3)];
     let column = &mut vec![0.0; count * count];
     let sums = Sums { pieces: &pieces, rules, count, section: false, moments: &mut moments, column };

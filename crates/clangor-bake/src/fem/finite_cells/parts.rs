@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::basis::Basis;
-use super::chain::{Oriented, Origin, cell_chains};
+use super::chain::{Cap, Chain, Origin, cell_chains};
 use super::division::{Divided, Division};
 use super::faces::Faces;
 use super::grid::CellGrid;
@@ -41,7 +41,7 @@ pub(super) struct Part {
     /// Weights of the quadrature, on the Gauss points of the cube \[m³\].
     pub(super) weights: Vec<f64>,
     /// Sections with the faces of the cell; none without a division.
-    pub(super) sections: Vec<Oriented>,
+    pub(super) sections: Vec<Cap>,
 }
 
 /// Where two parts of a cell touch.
@@ -65,7 +65,7 @@ pub(super) struct Parts {
 struct DividedCell {
     division: Division,
     /// Moments and chain of each wall.
-    walls: Vec<(CellMoments, Vec<Oriented>)>,
+    walls: Vec<(CellMoments, Chain)>,
     /// Moments of the division between two walls.
     ties: Vec<([usize; 2], CellMoments)>,
 }
@@ -136,16 +136,16 @@ impl Parts {
             let (mut own, mut chain) = (own.clone(), chain.clone());
             for (other, more) in members {
                 own.add(other);
-                chain.extend(more);
+                chain.extend(more.clone());
             }
             if own.filled() > DROPPED {
                 parts[wall] = Some(self.parts.len());
-                chain.retain(|t| matches!(t.origin, Origin::Face(_)));
+                chain.caps.retain(|cap| matches!(cap.origin, Origin::Face(_)));
                 self.parts.push(Part {
                     place,
                     filled: own.filled(),
                     weights: scaled(own.weights(basis), edge.powi(3)),
-                    sections: chain,
+                    sections: chain.caps,
                 });
             }
         }
@@ -192,16 +192,15 @@ fn divided_cells(
         cells.par_iter().map(|(cell, _)| faces.division(cell.place)).collect();
     let places: Vec<[usize; 3]> =
         cells.iter().zip(&divisions).filter(|(_, d)| d.is_some()).map(|((cell, _), _)| cell.place).collect();
-    let oriented = (0..surface.triangles.len())
-        .map(|t| Oriented { corners: surface.corners(t).map(|x| grid.scaled(x)), origin: Origin::Surface });
-    let mut chains = cell_chains(oriented.collect(), &places).into_iter();
-    let work: Vec<Option<(Division, Vec<Oriented>)>> =
+    let triangles = (0..surface.triangles.len()).map(|t| surface.corners(t).map(|x| grid.scaled(x)));
+    let mut chains = cell_chains(triangles.collect(), &places).into_iter();
+    let work: Vec<Option<(Division, Chain)>> =
         divisions.into_iter().map(|division| Some((division?, chains.next()?))).collect();
     let (rules, count) = (rules(basis), basis.points().len());
-    let divide = |(work, (cell, _)): (Option<(Division, Vec<Oriented>)>, &(CellMoments, [f64; 3]))| {
+    let divide = |(work, (cell, _)): (Option<(Division, Chain)>, &(CellMoments, [f64; 3]))| {
         let (division, chain) = work?;
         let (walls, cuts) = division.parts(&chain);
-        let moments = |chain: Vec<Oriented>| (part_moments(cell.place, &chain, &rules, count), chain);
+        let moments = |chain: Chain| (part_moments(cell.place, &chain, &rules, count), chain);
         let walls: Vec<_> = walls.into_iter().map(moments).collect();
         let total: f64 = walls.iter().map(|(own, _)| own.filled()).sum();
         // Not of a surface that crosses itself.
@@ -222,7 +221,7 @@ fn divided_cells(
 
 /// The wall that each wall counts as: itself, or the one across its largest division if it is a sliver.
 fn without_slivers(
-    walls: &[(CellMoments, Vec<Oriented>)],
+    walls: &[(CellMoments, Chain)],
     ties: &[([usize; 2], CellMoments)],
 ) -> Vec<usize> {
     let total: f64 = walls.iter().map(|(own, _)| own.filled()).sum();
@@ -268,9 +267,8 @@ fn upper_sections(cells: &[CellMoments]) -> Vec<[f64; 3]> {
     sections
 }
 
-/// Area of the triangles of a face of a cell, in that of the face.
-pub(super) fn face_area(section: &[Oriented], face: u8) -> f64 {
-    let own = section.iter().filter(|t| t.origin == Origin::Face(face));
-    let vector: DVec3 = own.map(Oriented::area_vector).sum();
-    0.5 * vector[usize::from(face / 2)].abs()
+/// Area of the section with a face of a cell, in that of the face.
+pub(super) fn face_area(section: &[Cap], face: u8) -> f64 {
+    let own = section.iter().filter(|cap| cap.origin == Origin::Face(face));
+    own.map(Cap::area_vector).sum::<DVec3>()[usize::from(face / 2)].abs()
 }

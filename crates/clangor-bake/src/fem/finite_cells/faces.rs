@@ -124,35 +124,44 @@ impl Faces {
         };
         let tree = SurfaceTree::new(&own);
         let counts: Vec<usize> = (0..count).filter(|face| !faces[*face].is_fillet()).collect();
-        // Sine of the angle from the tangent plane at the nearest point of a face.
+        // Sine of the angle from the tangent plane at the nearest point of a face, and the distance there.
         let height = |face: usize, at: DVec3| {
             let found = tree.nearest_where(&own, at, f64::INFINITY, |t| face_of[t] == face);
-            found.map_or(0.0, |nearest| {
+            found.map_or((0.0, 0.0), |nearest| {
                 let normal = own.area_vector(nearest.triangle).normalize_or_zero();
-                normal.dot((at - nearest.position).normalize_or_zero())
+                (normal.dot((at - nearest.position).normalize_or_zero()), nearest.distance)
             })
         };
-        // Part of face a in front of face b, and behind it.
+        // Part of face a in front of face b and behind it, and its mean distance.
         let lies = |a: usize, b: usize| {
-            let (mut front, mut behind, mut all) = (0.0, 0.0, 0.0);
+            let (mut front, mut behind, mut away, mut all) = (0.0, 0.0, 0.0, 0.0);
             for (middle, area) in faces[a].samples() {
-                let height = height(b, middle);
+                let (height, distance) = height(b, middle);
                 all += area;
+                away += area * distance;
                 front += if height > FRONT { area } else { 0.0 };
                 behind += if height < BEHIND { area } else { 0.0 };
             }
-            [front / all, behind / all]
+            [front / all, behind / all, away / all]
         };
         let size = counts.len();
-        let relation: Vec<Vec<[f64; 2]>> = counts
+        let relation: Vec<Vec<[f64; 3]>> = counts
             .iter()
-            .map(|a| counts.iter().map(|b| if a == b { [0.0; 2] } else { lies(*a, *b) }).collect())
+            .map(|a| counts.iter().map(|b| if a == b { [0.0; 3] } else { lies(*a, *b) }).collect())
             .collect();
         let apart = |a: usize, b: usize| relation[a][b][0].min(relation[b][a][0]) > MOST;
         let together = |a: usize, b: usize| relation[a][b][1].min(relation[b][a][1]) > NEARLY_ALL;
         let meeting: Vec<usize> =
             (0..size).filter(|a| (0..size).any(|b| b != *a && apart(*a, b))).collect();
-        let walls = grouped(&meeting, apart, together);
+        let mut pairs: Vec<[usize; 2]> = meeting
+            .iter()
+            .flat_map(|a| meeting.iter().map(move |b| [*a, *b]))
+            .filter(|[a, b]| a < b && together(*a, *b))
+            .collect();
+        // The two sides of one wall are nearer to each other than to those of another.
+        let distance = |[a, b]: &[usize; 2]| relation[*a][*b][2].min(relation[*b][*a][2]);
+        pairs.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let walls = grouped(&meeting, &pairs, apart);
         if walls.len() < 2 {
             return None;
         }
@@ -229,26 +238,13 @@ impl Face {
 }
 
 /// Sets of faces that belong together, none of which are apart.
-fn grouped(
-    faces: &[usize],
-    apart: impl Fn(usize, usize) -> bool,
-    together: impl Fn(usize, usize) -> bool,
-) -> Vec<Vec<usize>> {
+fn grouped(faces: &[usize], pairs: &[[usize; 2]], apart: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
     let mut sets: Vec<Vec<usize>> = faces.iter().map(|face| vec![*face]).collect();
-    let mut next = 0;
-    while next < sets.len() {
-        let joined = (0..next).find(|k| {
-            let pairs = || sets[*k].iter().flat_map(|a| sets[next].iter().map(move |b| (*a, *b)));
-            pairs().any(|(a, b)| together(a, b)) && !pairs().any(|(a, b)| apart(a, b))
-        });
-        match joined {
-            Some(k) => {
-                let set = sets.remove(next);
-                sets[k].extend(set);
-                // A larger set may now join an earlier one.
-                next = 0;
-            }
-            None => next += 1,
+    for pair in pairs {
+        let [a, b] = pair.map(|face| sets.iter().position(|set| set.contains(&face)).unwrap_or(0));
+        if a != b && !sets[a].iter().any(|x| sets[b].iter().any(|y| apart(*x, *y))) {
+            let set = sets.remove(a.max(b));
+            sets[a.min(b)].extend(set);
         }
     }
     sets

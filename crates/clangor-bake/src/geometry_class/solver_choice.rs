@@ -5,7 +5,7 @@
 //! | ellipsoid | patches | section if of revolution about y, else tetrahedra | tetrahedra in a ball |
 //! | rounded box | patches | hexahedra; tetrahedra if rounded | grid of cells |
 //! | axisymmetric | meridian | section | section, revolved |
-//! | mesh | triangles | prisms if flat, cells if thin and smooth, else tetrahedra | tetrahedra on a grid |
+//! | mesh | triangles | prisms if flat, cells if thin, else tetrahedra | tetrahedra on a grid |
 
 use std::borrow::Cow;
 
@@ -120,11 +120,10 @@ impl BakeGeometry {
 const THIN: f64 = 0.1;
 
 /// Whether cells follow the walls of a body better than tetrahedra, which must be about as small as the wall:
-/// if these are thin and do not meet at sharp inner edges.
+/// if these are thin.
 fn suits_cells(mesh: &TriMesh) -> bool {
     let (low, high) = mesh.bounds();
-    let walls = Walls::of(mesh);
-    walls.thickness < THIN * (high - low).max_element() && !walls.creased
+    Walls::of(mesh).thickness < THIN * (high - low).max_element()
 }
 
 /// A rounded box as triangles: the convex hull of a ball in each corner.

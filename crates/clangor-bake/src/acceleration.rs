@@ -1,6 +1,9 @@
 //! Acceleration noise of one body: picks a solver, solves at the frequencies that the band needs, and fits.
 
+mod cost;
 mod frequencies;
+mod motion_fits;
+mod plan;
 mod solvers;
 
 use std::ops::ControlFlow;
@@ -15,6 +18,7 @@ use clangor_core::sound_model::acceleration::near_field::NearField;
 use num_complex::{Complex32, Complex64};
 
 use self::frequencies::{Band, FittedBand, solve_band};
+pub use self::plan::estimated_operations;
 use self::solvers::{Prepared, prepare};
 pub(crate) use self::solvers::{has_cavities, watched};
 use crate::fdtd::{WaveDevice, WaveError};
@@ -100,6 +104,14 @@ pub enum BakeError {
     /// The shape cannot be triangulated.
     #[error(transparent)]
     Shape(#[from] ShapeError),
+    /// No band is low enough for any solver.
+    #[error("no solver can take a body of {radius:.3} m even up to {wavenumber:.2e} 1/m")]
+    NoBand {
+        /// Bounding radius R \[m\].
+        radius: f64,
+        /// Lowest limit tried, k [1/m].
+        wavenumber: f64,
+    },
     /// The band needs more multipoles than a model can hold.
     #[error(
         "a body of {radius:.3} m needs multipoles to order {order} at {wavenumber:.4e} 1/m, more than the \
@@ -175,8 +187,10 @@ pub fn resume_bake(
     resumption: Resumption<'_>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
-    let Prepared { solver, spacing, method, unknowns, warnings } = prepare(geometry, options, progress)?;
-    let (model, mut evidence) = fitted_model(&*solver, spacing, options, resumption, progress)?;
+    let Prepared { solver, highest, spacing, method, unknowns, warnings } =
+        prepare(geometry, options, progress)?;
+    let options = BakeOptions { max_wavenumber: highest, ..*options };
+    let (model, mut evidence) = fitted_model(&*solver, spacing, &options, resumption, progress)?;
     evidence.method = method.into();
     evidence.unknowns = unknowns;
     evidence.warnings.extend(warnings);
@@ -237,7 +251,7 @@ fn fitted_model(
     let evidence = Evidence {
         method: String::new(),
         unknowns: 0,
-        solves: fitted.samples.len(),
+        solves: fitted.solves,
         held_out_error: fitted.held_out,
         warnings,
     };

@@ -35,7 +35,7 @@ use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::has_cavities;
 use crate::bem::triangles::{Equation, MOST_ORDER, TriangleSolver};
-use crate::geometry_class::mirror_symmetry::mirror_planes;
+use crate::geometry_class::mirror_symmetry::mirror_planes_in_mean;
 use crate::mesh::remesh::resolution::resolution;
 use crate::mesh::remesh::{RemeshError, RemeshOptions, SymmetricMesh, remesh, remesh_symmetric};
 use crate::modal_radiation::normal_velocity_projection::NormalVelocityProjection;
@@ -116,7 +116,9 @@ impl BemModalSolver {
             if bands.last().is_some_and(|finer| !useful(finer)) {
                 continue;
             }
-            let planes = centred_mirrors(surface, &mass, accuracy * fineness.wall, highest);
+            let within = accuracy * fineness.wall;
+            let within = [within, within.min(2.0 * accuracy / highest)];
+            let planes = centred_mirrors(surface, &mass, within, highest);
             let mesh = match remesh_symmetric(surface, &planes, &fineness.options) {
                 Ok((mesh, _)) if !planes.is_empty() => mesh,
                 // A mesh that cannot be cut at its planes may work as a whole.
@@ -140,7 +142,7 @@ impl BemModalSolver {
         let edge = (2.0 / 3.0_f64.sqrt() * surface.area() / DRAFT_UNKNOWNS).sqrt();
         let options = RemeshOptions { min_edge: edge, max_edge: edge };
         let mass = MassProperties::of(surface).map_err(RemeshError::Input)?;
-        let planes = centred_mirrors(surface, &mass, DRAFT_SYMMETRY, 1.0);
+        let planes = centred_mirrors(surface, &mass, [DRAFT_SYMMETRY, 0.0], 1.0);
         let mesh = match remesh_symmetric(surface, &planes, &options) {
             Ok((mesh, _)) if !planes.is_empty() => mesh,
             _ => whole(remesh(surface, &options)?.0),
@@ -310,18 +312,18 @@ pub(super) fn trimmed(mut coefficients: Vec<Complex64>, kappa: f64) -> ModalTran
 }
 
 /// Normals of the mirror planes of a surface that pass through the origin: an offset δ would shift the phase
-/// by kδ.
+/// by kδ. Images lie within a distance, or within another in the mean.
 pub(super) fn centred_mirrors(
     surface: &TriMesh,
     mass: &MassProperties,
-    tolerance: f64,
+    [tolerance, mean]: [f64; 2],
     highest: f64,
 ) -> Vec<DVec3> {
     const SHIFT: f64 = 2e-3;
     if mass.centre_of_mass.length() * highest > SHIFT {
         return Vec::new();
     }
-    mirror_planes(surface, tolerance).into_iter().map(|plane| plane.normal).collect()
+    mirror_planes_in_mean(surface, tolerance, mean).into_iter().map(|plane| plane.normal).collect()
 }
 
 /// A mesh without mirror planes.

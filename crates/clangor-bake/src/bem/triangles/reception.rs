@@ -147,7 +147,7 @@ impl TriangleSolver {
 
     /// The harmonics of a class: at a point of general position the reflections must give them the signs of
     /// the class.
-    fn members(&self, class: &ParityClass, order: usize) -> Vec<usize> {
+    pub(super) fn members(&self, class: &ParityClass, order: usize) -> Vec<usize> {
         let x = DVec3::new(0.48, 0.6, 0.64);
         let (mut here, mut there) = (Vec::new(), Vec::new());
         solid_harmonics(x, order, &mut here);
@@ -163,36 +163,38 @@ impl TriangleSolver {
 }
 
 /// Rotates multipoles from the cell's frame to the body's: cₙₘ = Σ c'ₙₘ' ∫ Yₙₘ(d) Yₙₘ'(Fᵀd) dΩ.
-fn turn(frame: DMat3, order: usize, coefficients: &mut [Vec<Complex64>]) {
+pub(super) fn turn(frame: DMat3, order: usize, coefficients: &mut [Vec<Complex64>]) {
+    // Rotation of each order: rows of the body's frame, columns of the cell's.
+    let mut rotations: Vec<Vec<f64>> = (0..=order).map(|n| vec![0.0; (2 * n + 1).pow(2)]).collect();
     let (mut there, mut here) = (Vec::new(), Vec::new());
-    let rotated: Vec<Vec<Complex64>> = coefficients
-        .iter()
-        .map(|of_cell| {
-            let mut sums = vec![Complex64::ZERO; of_cell.len()];
-            // Exact quadrature over the sphere: Gauss–Legendre in z, trapezoid in φ.
-            let around = 2 * order + 2;
-            for (u, weight) in gauss_legendre(order + 1) {
-                for k in 0..around {
-                    let phi = std::f64::consts::TAU * k as f64 / around as f64;
-                    let z = 2.0 * u - 1.0;
-                    let across = (1.0 - z * z).sqrt();
-                    let direction = DVec3::new(across * phi.cos(), across * phi.sin(), z);
-                    solid_harmonics(direction, order, &mut here);
-                    solid_harmonics(frame.transpose() * direction, order, &mut there);
-                    let weight = 4.0 * std::f64::consts::PI * weight / around as f64;
-                    // Evaluate each order in the cell's frame and project it onto the body's frame.
-                    for n in 0..=order {
-                        let own = n * n..(n + 1) * (n + 1);
-                        let value: Complex64 =
-                            of_cell[own.clone()].iter().zip(&there[own.clone()]).map(|(c, y)| c * y).sum();
-                        for i in own {
-                            sums[i] += value * (weight * here[i]);
-                        }
-                    }
+    // Exact quadrature over the sphere: Gauss–Legendre in z, trapezoid in φ.
+    let around = 2 * order + 2;
+    for (u, weight) in gauss_legendre(order + 1) {
+        for k in 0..around {
+            let phi = std::f64::consts::TAU * k as f64 / around as f64;
+            let z = 2.0 * u - 1.0;
+            let across = (1.0 - z * z).sqrt();
+            let direction = DVec3::new(across * phi.cos(), across * phi.sin(), z);
+            solid_harmonics(direction, order, &mut here);
+            solid_harmonics(frame.transpose() * direction, order, &mut there);
+            let weight = 4.0 * std::f64::consts::PI * weight / around as f64;
+            for (n, rotation) in rotations.iter_mut().enumerate() {
+                let of_order = n * n..(n + 1) * (n + 1);
+                let rows = rotation.chunks_exact_mut(2 * n + 1);
+                for (row, y) in rows.zip(&here[of_order.clone()]) {
+                    let share = weight * y;
+                    row.iter_mut().zip(&there[of_order.clone()]).for_each(|(sum, y)| *sum += share * y);
                 }
             }
-            sums
-        })
-        .collect();
-    coefficients.clone_from_slice(&rotated);
+        }
+    }
+    for of_motion in coefficients {
+        for (n, rotation) in rotations.iter().enumerate() {
+            let own = &mut of_motion[n * n..(n + 1) * (n + 1)];
+            let of_cell = own.to_vec();
+            for (c, row) in own.iter_mut().zip(rotation.chunks_exact(2 * n + 1)) {
+                *c = row.iter().zip(&of_cell).map(|(share, c)| c * share).sum();
+            }
+        }
+    }
 }

@@ -42,6 +42,10 @@ const WALL_ERROR: f64 = 0.028;
 const WALL_ORDER: f64 = 4.0 / 3.0;
 /// Level error of edges of a sixth of the wavelength; of second order.
 const WAVE_ERROR: f64 = 0.003;
+/// Share of the error left to the waves where their edges may be longer than a sixth, and the longest, in
+/// sixths of a wavelength.
+const WAVE_SHARE: f64 = 0.5;
+const COARSEST: f64 = 1.45;
 /// Effective thickness of a solid body, in bounding radii; at short waves the wavelength over 2π.
 const SOLID: f64 = 0.17;
 /// Edge length, in radii of a rounding, above which the rounding acts as sharp.
@@ -72,6 +76,17 @@ pub struct Resolution {
     pub thinnest: DVec3,
 }
 
+impl Resolution {
+    /// The same with edges as long as the waves allow on all of a surface of this area \[m²\], whatever its
+    /// walls and edges need.
+    pub(crate) fn with_long_edges(&self, area: f64) -> Self {
+        let edge = self.options.max_edge;
+        let options = RemeshOptions { min_edge: edge, max_edge: edge };
+        let unknowns = (DENSITY * area / (0.75_f64.sqrt() * edge * edge)).ceil() as usize;
+        Resolution { options, unknowns, ..*self }
+    }
+}
+
 /// Chooses edge lengths for wavenumbers up to `max_wavenumber` [1/m] and a level error of `accuracy`.
 ///
 /// # Errors
@@ -86,7 +101,8 @@ pub fn resolution(input: &TriMesh, max_wavenumber: f64, accuracy: f64) -> Result
     let centred = input.relative_to(mass.centre_of_mass);
     let radius = centred.bounding_radius(DVec3::ZERO);
     let (wall, thinnest) = wall_thickness(&centred);
-    let wave = TAU / max_wavenumber / 6.0 * (accuracy / WAVE_ERROR).sqrt().min(1.0);
+    let sixths = |share: f64| (share * accuracy / WAVE_ERROR).sqrt();
+    let wave = TAU / max_wavenumber / 6.0 * sixths(1.0).min(1.0).max(sixths(WAVE_SHARE)).min(COARSEST);
     let max_edge = wave.min(LONGEST * radius);
     let guided = |shortest: f64| {
         let options = RemeshOptions { min_edge: max_edge.min(shortest), max_edge };

@@ -28,11 +28,12 @@ use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
 use crate::fem::finite_cells::WrongCell;
-use crate::fem::supports::{Support, SupportError};
+use crate::fem::supports::{Support, SupportError, check_supports};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
+use crate::mesh::revolution::surface_of_revolution;
 use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;
 use immersed_body::{CellEffort, ImmersedBody};
@@ -143,6 +144,20 @@ pub enum ModalAnalysisError {
     Interrupted,
 }
 
+impl ModalAnalysisError {
+    /// Whether more tetrahedra are needed than allowed, or none fit: cells need fewer nodes and no mesh.
+    fn is_unfillable(&self) -> bool {
+        use ModalAnalysisError::{Mesh, TooFine, TooLarge};
+        use StuffingError::{Tetrahedra, Unresolved};
+        matches!(
+            self,
+            TooFine { .. }
+                | TooLarge { .. }
+                | Mesh(StuffingError::TooFine { .. } | Unresolved { .. } | Tetrahedra(_))
+        )
+    }
+}
+
 /// Largest number of meshes.
 const MOST_MESHES: usize = 5;
 /// Factor on the limit for the coarsest spectrum, whose frequencies are too high.
@@ -201,16 +216,7 @@ pub fn modal_analysis_by(
             let filled = VolumeFem::of(choice, constants, options.most_nodes)
                 .and_then(|body| refined(&body, constants, options, progress));
             match filled {
-                // More tetrahedra than allowed, or none that fit: cells need fewer nodes and no mesh.
-                Err(
-                    ModalAnalysisError::TooFine { .. }
-                    | ModalAnalysisError::TooLarge { .. }
-                    | ModalAnalysisError::Mesh(
-                        StuffingError::TooFine { .. }
-                        | StuffingError::Unresolved { .. }
-                        | StuffingError::Tetrahedra(_),
-                    ),
-                ) => refined(
+                Err(error) if error.is_unfillable() => refined(
                     &ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Accurate)?,
                     constants,
                     options,
@@ -249,8 +255,7 @@ pub fn draft_modal_analysis(
 }
 
 /// Finds all modes of a body that supports hold, up to a frequency: like [`modal_analysis()`], with the
-/// motions that were rigid among them. Dampers of the supports do not change the modes;
-/// [`support_damping`](crate::fem::supports::support_damping) gives their rate.
+/// motions that were rigid among them, and the damping of each mode by the dampers.
 ///
 /// # Errors
 /// [`ModalAnalysisError`].
@@ -264,17 +269,67 @@ pub fn supported_modal_analysis(
     if supports.is_empty() {
         return modal_analysis(geometry, constants, options, progress);
     }
+    supported_modal_analysis_by(geometry, (constants, CellEffort::Accurate), supports, options, progress)
+}
+
+/// A draft of [`supported_modal_analysis()`], as [`draft_modal_analysis()`] is one of [`modal_analysis()`].
+///
+/// # Errors
+/// As [`supported_modal_analysis()`].
+pub fn draft_supported_modal_analysis(
+    geometry: &BakeGeometry,
+    constants: &ElasticConstants,
+    supports: &[Support],
+    options: &ModalAnalysisOptions,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<ModalAnalysis, ModalAnalysisError> {
+    supported_modal_analysis_by(geometry, (constants, CellEffort::Draft), supports, options, progress)
+}
+
+fn supported_modal_analysis_by(
+    geometry: &BakeGeometry,
+    (constants, effort): (&ElasticConstants, CellEffort),
+    supports: &[Support],
+    options: &ModalAnalysisOptions,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<ModalAnalysis, ModalAnalysisError> {
     check(options)?;
-    supports.iter().enumerate().try_for_each(|(index, support)| support.check(index))?;
-    let choice = match geometry.modal_choice().map_err(StuffingError::Input)? {
-        ModalChoice::Section(_) => match geometry {
-            BakeGeometry::Ellipsoid { semi_axes } => ModalChoice::Ball(*semi_axes),
-            _ => return Err(SupportError::Revolution.into()),
-        },
-        other => other,
+    check_supports(supports)?;
+    // A body of revolution that something holds is none: its surface is solved as any other.
+    let surface;
+    let choice = match (geometry.modal_choice().map_err(StuffingError::Input)?, geometry) {
+        (ModalChoice::Section(_), BakeGeometry::Ellipsoid { semi_axes }) => ModalChoice::Ball(*semi_axes),
+        (ModalChoice::Section(axisymmetry), _) => {
+            let mesh = surface_of_revolution(&axisymmetry.meridian, axisymmetry.rotation());
+            surface = BakeGeometry::Mesh(mesh);
+            surface.modal_choice().map_err(StuffingError::Input)?
+        }
+        (other, _) => other,
     };
-    let body = VolumeFem::of(choice, constants, options.most_nodes)?.held_by(supports);
-    refined(&body, constants, options, progress).map(|(analysis, _)| analysis)
+    let in_cells = |surface| {
+        let body = ImmersedBody::new(surface, constants, options.most_nodes, effort)?.held_by(supports);
+        Ok(body)
+    };
+    let most = options.most_nodes;
+    let cells: Result<ImmersedBody<'_>, ModalAnalysisError> = match (choice, effort) {
+        (ModalChoice::Cells(surface), _) | (ModalChoice::Tetrahedra(surface), CellEffort::Draft) => {
+            in_cells(surface)
+        }
+        (ModalChoice::Tetrahedra(surface), CellEffort::Accurate) => {
+            let choice = ModalChoice::Tetrahedra(Cow::Borrowed(&*surface));
+            let filled = VolumeFem::of(choice, constants, most)
+                .and_then(|body| refined(&body.held_by(supports), constants, options, progress));
+            match filled {
+                Err(error) if error.is_unfillable() => in_cells(surface),
+                other => return other.map(|(analysis, _)| analysis),
+            }
+        }
+        (other, _) => {
+            let body = VolumeFem::of(other, constants, most)?.held_by(supports);
+            return refined(&body, constants, options, progress).map(|(analysis, _)| analysis);
+        }
+    };
+    refined(&cells?, constants, options, progress).map(|(analysis, _)| analysis)
 }
 
 fn check(options: &ModalAnalysisOptions) -> Result<(), ModalAnalysisError> {
@@ -308,6 +363,18 @@ pub(crate) trait RefinableDiscretization {
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
     /// All modes up to a limit \[Hz\].
     fn solve(&self, mesh: &Self::Mesh, limit: f64) -> Result<Spectrum<Self::Modes>, ModalAnalysisError>;
+    /// 2ξω [1/s] of the first `count` modes by the dampers of supports.
+    ///
+    /// # Errors
+    /// [`SupportError`].
+    fn support_damping(
+        &self,
+        _mesh: &Self::Mesh,
+        _modes: &Self::Modes,
+        count: usize,
+    ) -> Result<Vec<f64>, SupportError> {
+        Ok(vec![0.0; count])
+    }
     /// The matrices of a mesh, if there is one system of the whole body.
     fn system(&self, mesh: &Self::Mesh) -> Option<ElasticSystem>;
     /// The surface and the first `count` shapes there.
@@ -381,12 +448,14 @@ fn refined<B: RefinableDiscretization>(
     }
     errors.truncate(count);
     let (surface, shapes) = body.shapes(&mesh, &spectrum.modes, count);
+    let damping = body.support_damping(&mesh, &spectrum.modes, count)?;
     let (nodes, _) = body.size(&mesh);
     tell(1.0, nodes)?;
     let error = |k: usize| errors.get(k).copied().unwrap_or(f64::NAN);
     let mode = |(k, shape): (usize, Vec<DVec3>)| ModalMode {
         frequency: spectrum.frequencies[k],
         mesh_error: error(k),
+        support_damping: damping[k],
         shape,
         transfer: None,
     };

@@ -24,6 +24,7 @@ mod basis;
 mod grid;
 mod matrices;
 mod moments;
+mod supports;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;

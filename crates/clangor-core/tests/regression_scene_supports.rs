@@ -60,7 +60,8 @@ fn regions_and_springs() {
 #[test]
 fn feet_carry_the_body_at_a_frequency() {
     let feet = "kind = \"feet\"\npoints = [[-0.19, -0.01, -0.04], [0.19, -0.01, -0.04], [0, -0.01, 0.04]]";
-    for (lines, frequency, ratio) in [("", 15.0, 0.1), ("\nfrequency = 30\ndamping_ratio = 0.05", 30.0, 0.05)] {
+    for (lines, frequency, ratio) in [("", 15.0, 0.1), ("\nfrequency = 30\ndamping_ratio = 0.05", 30.0, 0.05)]
+    {
         for motion in ["fixed", "free"] {
             let (mass, found) = supports(&board(motion, &[&format!("{feet}{lines}")])).unwrap();
             assert_eq!(found.len(), 3);
@@ -118,7 +119,7 @@ fn mistakes_of_the_text() {
     );
     refuse_one(
         &format!("kind = \"clamped\"\n{ball}\nstiffness = 10"),
-        (11, 1, "stiffness"),
+        (11, 13, "stiffness"),
         "cannot be combined",
         "keep either",
     );

@@ -1,5 +1,5 @@
-//! Beams of scenes, clamped, sprung and free, against the textbook (Euler and Bernoulli), through the whole way
-//! from the text to the modes that impacts feel; and what a ball loses on them.
+//! Beams of scenes, clamped, sprung and free, against the textbook (Euler and Bernoulli), from the text to the
+//! modes that impacts feel; and what a ball loses on them.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -61,7 +61,8 @@ fn clamp(from: f64, to: f64) -> String {
 
 fn springs(from: f64, to: f64, stiffness: DVec3) -> String {
     format!(
-        "[[body.support]]\nkind = \"sprung\"\nlow = [{from}, -1, -1]\nhigh = [{to}, 1, 1]\nstiffness = {:?}\n",
+        "[[body.support]]\nkind = \"sprung\"\nlow = [{from}, -1, -1]\nhigh = [{to}, 1, 1]\n\
+         stiffness = {:?}\n",
         stiffness.to_array()
     )
 }
@@ -111,9 +112,7 @@ fn feet_carry_a_body_of_revolution_at_their_frequency() {
                 -0.001, 0.0], [-0.015, -0.001, 0.02598], [-0.015, -0.001, -0.02598]]";
     let loaded = beam("cylinder:0.05x0.002", feet);
     let modes = loaded.modes.at(BodyId(0), &[(DVec3::ZERO, DVec3::Y)]).unwrap();
-    let bounce = (0..6).max_by(|a, b| {
-        modes.motions[0][*a].y.abs().total_cmp(&modes.motions[0][*b].y.abs())
-    });
+    let bounce = (0..6).max_by(|a, b| modes.motions[0][*a].y.abs().total_cmp(&modes.motions[0][*b].y.abs()));
     let bounce = bounce.unwrap();
     let (frequency, ratio) = (modes.frequencies[bounce], modes.damping_ratios[bounce]);
     println!("{frequency:.3} Hz, {ratio:.5}");

@@ -243,7 +243,8 @@ fn modes(half: DVec3, lowest: f64) -> BodyModes {
         let shape = |x: &DVec3| DVec3::Y * scale * wave(x.x, half.x, m) * wave(x.z, half.z, n);
         ModalMode {
             frequency: lowest * ((m / half.x).powi(2) + (n / half.z).powi(2)) / (2.0 / HALF.x).powi(2),
-            mesh_error: 0.0, support_damping: 0.0,
+            mesh_error: 0.0,
+            support_damping: 0.0,
             shape: nodes.iter().map(shape).collect(),
             transfer: Some(ModalTransfer { order: 0, coefficients: vec![Complex64::ONE] }),
         }

@@ -73,8 +73,8 @@ pub enum SupportError {
     },
     /// A free body whose supports bend it.
     #[error(
-        "on its supports the body would move as a whole at {whole:.1} Hz, not far below its first own mode at \
-         {first:.1} Hz, but the supports of a free body move with it; soften them, or fix the body"
+        "on its supports the body would move as a whole at {whole:.1} Hz, not far below its first own mode \
+         at {first:.1} Hz, but the supports of a free body move with it; soften them, or fix the body"
     )]
     Stiff {
         /// Highest frequency of the six motions that were rigid \[Hz\].
@@ -93,21 +93,21 @@ pub fn check_supports(supports: &[Support]) -> Result<(), SupportError> {
 }
 
 pub(super) fn check(held: &Support, support: usize) -> Result<(), SupportError> {
-        let wrong = |what, value| Err(SupportError::Value { support, what, value });
-        let (middle, half) = held.region.bounds();
-        if let Some(value) = middle.to_array().into_iter().find(|x| !x.is_finite()) {
-            return wrong("place", value);
+    let wrong = |what, value| Err(SupportError::Value { support, what, value });
+    let (middle, half) = held.region.bounds();
+    if let Some(value) = middle.to_array().into_iter().find(|x| !x.is_finite()) {
+        return wrong("place", value);
+    }
+    if let Some(value) = half.to_array().into_iter().find(|x| !(*x > 0.0 && x.is_finite())) {
+        return wrong("extent", value);
+    }
+    let SupportKind::Sprung { stiffness, damping } = held.kind else { return Ok(()) };
+    for (what, vector) in [("stiffness", stiffness), ("damping", damping)] {
+        if let Some(value) = vector.to_array().into_iter().find(|x| !(*x >= 0.0 && x.is_finite())) {
+            return wrong(what, value);
         }
-        if let Some(value) = half.to_array().into_iter().find(|x| !(*x > 0.0 && x.is_finite())) {
-            return wrong("extent", value);
-        }
-        let SupportKind::Sprung { stiffness, damping } = held.kind else { return Ok(()) };
-        for (what, vector) in [("stiffness", stiffness), ("damping", damping)] {
-            if let Some(value) = vector.to_array().into_iter().find(|x| !(*x >= 0.0 && x.is_finite())) {
-                return wrong(what, value);
-            }
-        }
-        if stiffness == DVec3::ZERO { Err(SupportError::Loose { support }) } else { Ok(()) }
+    }
+    if stiffness == DVec3::ZERO { Err(SupportError::Loose { support }) } else { Ok(()) }
 }
 
 /// A spring and damper to the ground, at a point of a mesh.

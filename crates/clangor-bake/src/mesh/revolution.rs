@@ -61,7 +61,8 @@ pub(crate) fn surface_of_revolution(meridian: &Meridian, rotation: DQuat) -> Tri
         for k in 0..SECTORS {
             let next = (k + 1) % SECTORS;
             let [a, b, c, d] = [low[k], low[next], high[next], high[k]];
-            triangles.extend([[a, b, c], [a, c, d]].into_iter().filter(|[a, b, c]| a != b && b != c && c != a));
+            triangles
+                .extend([[a, b, c], [a, c, d]].into_iter().filter(|[a, b, c]| a != b && b != c && c != a));
         }
     }
     TriMesh { vertices, triangles }
@@ -81,13 +82,14 @@ mod tests {
             line([0.3, -0.01], [0.3, 0.01]),
             line([0.3, 0.01], [0.0, 0.01]),
         ];
-        let torus =
-            vec![Piece::Arc { centre: DVec2::X, semi_axes: DVec2::splat(0.2), from: 0.0, to: TAU }];
+        let torus = vec![Piece::Arc { centre: DVec2::X, semi_axes: DVec2::splat(0.2), from: 0.0, to: TAU }];
         let ball = Meridian::spheroid(1.0, 0.5).expect("a spheroid");
-        let solids = [Meridian::try_new(disc).expect("a disc"), Meridian::try_new(torus).expect("a torus"), ball];
+        let solids =
+            [Meridian::try_new(disc).expect("a disc"), Meridian::try_new(torus).expect("a torus"), ball];
         for meridian in solids {
             let exact = meridian.mass_properties();
-            let found = MassProperties::of(&surface_of_revolution(&meridian, DQuat::IDENTITY)).expect("solid");
+            let found =
+                MassProperties::of(&surface_of_revolution(&meridian, DQuat::IDENTITY)).expect("solid");
             // Residuals seen: 1e-15 of the disc, 5e-3 of the others, by the chords of their meridians.
             assert!((found.volume / exact.volume - 1.0).abs() < 8e-3, "{} {}", found.volume, exact.volume);
             assert!((found.inertia.y_axis.y / exact.inertia.y_axis.y - 1.0).abs() < 2e-2);

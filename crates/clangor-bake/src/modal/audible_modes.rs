@@ -23,9 +23,7 @@ use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::ModalError;
 use crate::modal_analysis::modal_density::{frequency_of_mode, modes_below};
-use crate::modal_analysis::{
-    ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress,
-};
+use crate::modal_analysis::{ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress};
 
 /// Modes of a draft, by their average density, and nodes of its meshes.
 const DRAFT_MODES: f64 = 100.0;

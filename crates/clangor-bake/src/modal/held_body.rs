@@ -3,11 +3,11 @@
 //! | body | modes |
 //! |---|---|
 //! | nothing holds it | those of the free body, without its six motions as a whole |
-//! | supports hold it, and it is fixed, or keyframes move it with them | all, those that were rigid among them |
-//! | supports hold it, and it moves freely with them | without the six lowest, which the dynamics already has |
+//! | supports hold it in place, or keyframes move it with them | all, those that were rigid among them |
+//! | supports move freely with it | without the six lowest, which the dynamics already has |
 //!
-//! The last is right if the supports hardly bend the body: the six lowest are then its motions as a whole, and
-//! the others carry no momentum. So their frequencies must be [`SOFT`] of the next at most.
+//! The last is right if the supports hardly bend the body: the six lowest are then its motions as a whole,
+//! and the others carry no momentum. So their frequencies must be [`SOFT`] of the next at most.
 
 use std::ops::ControlFlow;
 

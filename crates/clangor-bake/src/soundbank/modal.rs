@@ -189,7 +189,8 @@ pub fn modal_model(
         let shape = mode.shape.map(|component| component.iter().map(|u| u / root).collect::<Vec<f64>>());
         sampled.push(ModalMode {
             frequency,
-            mesh_error: f64::NAN, support_damping: 0.0,
+            mesh_error: f64::NAN,
+            support_damping: 0.0,
             shape: surface.motion(mode.parity, &shape),
             transfer: None,
         });

@@ -85,12 +85,8 @@ impl SupportRegion {
     #[must_use]
     pub fn about(self, origin: DVec3) -> Self {
         match self {
-            SupportRegion::Ball { centre, radius } => {
-                SupportRegion::Ball { centre: centre - origin, radius }
-            }
-            SupportRegion::Box { low, high } => {
-                SupportRegion::Box { low: low - origin, high: high - origin }
-            }
+            SupportRegion::Ball { centre, radius } => SupportRegion::Ball { centre: centre - origin, radius },
+            SupportRegion::Box { low, high } => SupportRegion::Box { low: low - origin, high: high - origin },
         }
     }
 }

@@ -1,17 +1,17 @@
 //! The modes with which the bodies of a scene meet impacts, found before anything moves.
 //!
 //! A body has them if supports hold it, or if it is so thin or slender that vibration takes a part of its
-//! impacts, fixed or not. Two bounds decide, with the thickness h = 2V/A and the extent L of the body, and a reference contact: its own mass m
-//! and its own material on both sides, relative radius 5 mm, V = 1 m/s.
+//! impacts, fixed or not. Two bounds decide, with the thickness h = 2V/A and the extent L of the body, and a
+//! reference contact: its own mass m and its own material on both sides, relative radius 5 mm, V = 1 m/s.
 //!
 //! ```text
 //! λ = Y m/T₀ > 0.01    Y = 1/(8 √(D m″))    T₀ = (m/(k √V))^{2/5}    Zener's parameter of inelasticity
 //! f₁ τ < 1.5           f₁ = 0.6 h c_p/L²     τ = 3.2 T₀              lowest bending mode of a plate
 //! ```
 //!
-//! No lighter partner has a larger λ. A fixed body counts with its mass too: heavier partners would make it give
-//! way more, but it then hardly vibrates at audible frequencies. At f₁ τ = 1.5 the spectrum of Hertz's pulse has fallen to 0.1, and
-//! modes get its square. Spheres are compact and have none.
+//! No lighter partner has a larger λ; for a fixed body, too, partners up to its own mass count. At f₁ τ = 1.5
+//! the spectrum of Hertz's pulse has fallen to 0.1, and modes get its square. Spheres are compact and have
+//! none.
 //!
 //! Band, mesh error and medium follow from the body alone, so that motion does not depend on how a scene is
 //! rendered: air, 1 %, and the lower of 20 kHz and the frequency below which a plate of its area S and
@@ -24,7 +24,7 @@
 //! On free panes of glass, N = 100 moves the restitution of a ball by less than 0.015, N = 50 by 0.04.
 //!
 //! Shapes are rounded as in a file, so that a model from the cache and a baked one are the same. Damping is
-//! that of the material alone. Only the modes are found here, not their sound; a render to 20 kHz goes on
+//! that of the material and the supports. Only the modes are found here, not their sound; a render to 20 kHz goes on
 //! from those that reach it.
 
 use std::ops::ControlFlow;

@@ -43,7 +43,8 @@ fn file(solid: Solid, material: &str, motion: f64) -> Vec<u8> {
     let nodes: Vec<DVec3> = corners.into_iter().chain(middles).collect();
     let mode = |frequency| ModalMode {
         frequency,
-        mesh_error: 0.0, support_damping: 0.0,
+        mesh_error: 0.0,
+        support_damping: 0.0,
         shape: vec![motion * DVec3::Y; nodes.len()],
         transfer: None,
     };

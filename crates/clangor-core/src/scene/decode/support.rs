@@ -12,18 +12,8 @@ use crate::scene::support_description::{
 };
 use crate::scene::support_problem::SupportProblem;
 
-pub(super) const KEYS: &[&str] = &[
-    "kind",
-    "at",
-    "radius",
-    "low",
-    "high",
-    "points",
-    "stiffness",
-    "frequency",
-    "damping",
-    "damping_ratio",
-];
+pub(super) const KEYS: &[&str] =
+    &["kind", "at", "radius", "low", "high", "points", "stiffness", "frequency", "damping", "damping_ratio"];
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -81,7 +71,8 @@ fn places(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<SupportPlaces> {
         }
         let points: Vec<Option<DVec3>> = nodes.iter().map(|node| node.vector(d, "m")).collect();
         let points = points.into_iter().collect::<Option<Vec<DVec3>>>()?;
-        return (radius.is_some() || !section.has("radius")).then_some(SupportPlaces::Points { points, radius });
+        return (radius.is_some() || !section.has("radius"))
+            .then_some(SupportPlaces::Points { points, radius });
     }
     if section.has("low") || section.has("high") {
         for key in ["low", "high"] {

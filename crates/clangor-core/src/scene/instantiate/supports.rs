@@ -1,7 +1,6 @@
 //! The supports of a body, with the checks that need its mass and its surface.
 //!
-//! A region holds the points of the body in it: those of its surface, and the middle of the region if that is
-//! inside the body.
+//! A region holds the points of the body in it: those of its surface, and a few inside the body.
 
 use glam::DVec3;
 
@@ -66,8 +65,11 @@ pub(super) fn supports(
     all.into_iter().map(|(support, _)| support).collect()
 }
 
-/// Points of a body in a region: corners of the parts of its triangles there, and the nearest point to the
-/// middle, or the middle itself inside the body.
+/// Where a region is looked at besides its middle, in its half extents.
+const WITHIN: f64 = 0.6;
+
+/// Points of a body in a region: corners of the parts of its triangles there, and places in the region with
+/// the nearest points of the surface.
 fn points_in(surface: &MeshSurface, region: &SupportRegion) -> Vec<DVec3> {
     let mesh = &surface.mesh;
     let (middle, half) = region.bounds();
@@ -75,8 +77,7 @@ fn points_in(surface: &MeshSurface, region: &SupportRegion) -> Vec<DVec3> {
     let mut points = Vec::new();
     for t in 0..mesh.triangles.len() {
         let corners = mesh.corners(t);
-        let [least, most] =
-            [corners.into_iter().reduce(DVec3::min), corners.into_iter().reduce(DVec3::max)];
+        let [least, most] = [corners.into_iter().reduce(DVec3::min), corners.into_iter().reduce(DVec3::max)];
         let apart = |(least, most): (DVec3, DVec3)| (least.cmpgt(high) | most.cmplt(low)).any();
         if least.zip(most).is_none_or(apart) {
             continue;
@@ -84,10 +85,15 @@ fn points_in(surface: &MeshSurface, region: &SupportRegion) -> Vec<DVec3> {
         let part = clipped(corners, low, high);
         points.extend(part.into_iter().filter(|x| region.distance(*x) <= 1e-12 * half.max_element()));
     }
-    let nearest = surface.nearest(middle).map(|nearest| nearest.position);
-    points.extend(nearest.filter(|x| region.distance(*x) == 0.0));
-    if surface.contains(middle) {
-        points.push(middle);
+    // A region may lie within a triangle or within the body.
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    let around = axes.into_iter().flat_map(|axis| [axis, -axis]).map(|axis| middle + WITHIN * half * axis);
+    for place in std::iter::once(middle).chain(around) {
+        let nearest = surface.nearest(place).map(|nearest| nearest.position);
+        points.extend(nearest.filter(|x| region.distance(*x) == 0.0));
+        if surface.contains(place) {
+            points.push(place);
+        }
     }
     points
 }

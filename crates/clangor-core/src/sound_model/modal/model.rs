@@ -16,8 +16,8 @@
 //! ```
 //!
 //! It is \[FRAC\] eq. (22) with each wave normalised to 1 on the sphere of radius R, so that nothing over- or
-//! underflows. The damping of the material is not part of the model: it can change without another bake. That of
-//! supports belongs to the modes: with dampers c at places x, 2ξω = uᵀC u = Σ c U(x)².
+//! underflows. The damping of the material is not part of the model: it can change without another bake. That
+//! of supports belongs to the modes: with dampers c at places x, 2ξω = uᵀC u = Σ c U(x)².
 
 use std::f64::consts::TAU;
 

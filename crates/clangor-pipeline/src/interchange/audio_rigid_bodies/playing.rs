@@ -203,7 +203,8 @@ impl Ringing {
         let highest = self.modes.last().map_or(0.0, |mode| mode.frequency);
         let mode = |mode: &super::RingingMode| ModalMode {
             frequency: mode.frequency,
-            mesh_error: f64::NAN, support_damping: 0.0,
+            mesh_error: f64::NAN,
+            support_damping: 0.0,
             shape: mode.shape.clone(),
             transfer: None,
         };

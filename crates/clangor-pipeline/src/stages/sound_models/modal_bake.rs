@@ -35,7 +35,13 @@ pub struct ModalBake {
 impl ModalBake {
     /// Modes of a body of this material, and their transfers.
     pub fn new(material: &Material, options: ModalBakeOptions) -> Self {
-        ModalBake { material: material.clone(), known: None, supports: Vec::new(), moves_freely: true, options }
+        ModalBake {
+            material: material.clone(),
+            known: None,
+            supports: Vec::new(),
+            moves_freely: true,
+            options,
+        }
     }
 
     /// Modes of a body of a scene or a timeline as its supports hold it, and their transfers.

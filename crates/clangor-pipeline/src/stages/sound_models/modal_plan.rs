@@ -1,13 +1,13 @@
 //! The modes of the bodies of a scene.
 //!
 //! Every body that is struck has modes, unless the scene excludes them: those of the body as its supports hold
-//! it, and of a body that nothing holds, fixed or not, those of the free body. They are computed
-//! once for all bodies of the same form and material. Where forms are many, as in a heap of stones, finding
-//! modes would take longer than all the rest: then only those bodies have modes that the scene asks for. A
-//! body whose modes all lie above the band is distinguished from one whose modes cannot be computed.
+//! it, and of a body that nothing holds, fixed or not, those of the free body. They are computed once for all
+//! bodies of the same form, material and supports. Where forms are many, as in a heap of stones, finding modes
+//! would take longer than all the rest: then only those bodies have modes that the scene asks for. A body
+//! whose modes all lie above the band is distinguished from one whose modes cannot be computed.
 //!
-//! A large body that does not move, such as a table top, has a draft of its modes unless the scene asks for its
-//! own: its many modes at short waves would take longer than all the rest.
+//! A large body that does not move, such as a table top, has a draft of its modes unless the scene asks for
+//! its own: its many modes at short waves would take longer than all the rest.
 //!
 //! Pieces of a broken body follow the rule of that body; left to themselves, those with a lowest frequency
 //! above a threshold have the modes of ellipsoids (`piece_proxies`), and the rest their own.

@@ -172,10 +172,9 @@ fn support_fields(support: &Support) -> SupportFields {
         },
         kind: match support.kind {
             SupportKind::Clamped => SupportKindFields::Clamped,
-            SupportKind::Sprung { stiffness, damping } => SupportKindFields::Sprung {
-                stiffness: stiffness.to_array(),
-                damping: damping.to_array(),
-            },
+            SupportKind::Sprung { stiffness, damping } => {
+                SupportKindFields::Sprung { stiffness: stiffness.to_array(), damping: damping.to_array() }
+            }
         },
     }
 }

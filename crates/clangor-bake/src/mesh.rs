@@ -2,4 +2,5 @@
 
 pub(crate) mod decimate;
 pub mod remesh;
+pub(crate) mod revolution;
 pub mod tetrahedra;

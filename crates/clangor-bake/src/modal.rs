@@ -8,6 +8,7 @@
 //! gives the lowest frequency.
 
 mod audible_modes;
+pub mod held_body;
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -29,6 +30,7 @@ use crate::modal_radiation::surface_modes::SurfaceModes;
 use crate::modal_radiation::{ModalMotion, ModalSolver};
 use crate::radiation::RadiationError;
 use audible_modes::audible_modes;
+use held_body::Held;
 
 /// Settings of a modal bake.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,11 +150,26 @@ pub fn find_modes(
     options: &ModalBakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(ModalModel, ModalEvidence), ModalBakeError> {
+    find_held_modes(geometry, Held::default(), material, options, progress)
+}
+
+/// Like [`find_modes`], of a body with what holds it.
+///
+/// # Errors
+/// [`ModalBakeError`].
+pub fn find_held_modes(
+    geometry: &BakeGeometry,
+    held: Held<'_>,
+    material: &Material,
+    options: &ModalBakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(ModalModel, ModalEvidence), ModalBakeError> {
     // Modal analysis.
     let constants = ElasticConstants::of(material)?;
     let mut on_progress =
         |p: &ModalAnalysisProgress| progress(&BakeProgress { done: p.done, stage: "finding modes" });
-    let found = match audible_modes(geometry, (material, &constants), options, &mut on_progress) {
+    let body = (geometry, held);
+    let found = match audible_modes(body, (material, &constants), options, &mut on_progress) {
         // No mode in the band: an empty model with the lowest frequency.
         Err(ModalAnalysisError::Modes(ModalError::Silent { first, .. })) => {
             return Ok(silent(geometry, material, options, first));

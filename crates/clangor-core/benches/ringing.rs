@@ -110,6 +110,7 @@ fn voice() -> f64 {
     let modes = plate().into_iter().enumerate().map(|(i, (transfer, _))| ModalMode {
         frequency: 20_000.0 * (i + 1) as f64 / 77.0,
         mesh_error: 0.0,
+        support_damping: 0.0,
         shape: vec![DVec3::Y; 6],
         transfer: Some(transfer),
     });

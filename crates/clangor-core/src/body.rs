@@ -3,6 +3,8 @@
 //! A [`World`] is the input of `clangor-sim`: a scene with its files read, its copies placed and its shapes
 //! converted to surfaces.
 
+pub mod support;
+
 use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
@@ -14,11 +16,12 @@ use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::principal_curvature::Curvature;
 pub use crate::geometry::solid::MeshError;
 use crate::geometry::solid::check_solid;
-use crate::geometry::surface_tree::SurfaceTree;
+use crate::geometry::surface_tree::{NearestPoint, SurfaceTree};
 use crate::geometry::tri_mesh::TriMesh;
 use crate::geometry::vertex_curvature::principal_curvatures;
 use crate::material::Material;
 use crate::pose::{Pose, Track};
+use support::Support;
 
 /// Index of a body in [`World::bodies`]; bodies that are born later follow, in the order of their births.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -143,6 +146,11 @@ impl MeshSurface {
             sum + nearest.weights[k] * self.curvature[corners[k] as usize].tensor(normal)
         });
         Curvature::of_tensor(tensor, normal)
+    }
+
+    /// The point of the surface nearest to `point_body`; `None` without triangles.
+    pub fn nearest(&self, point_body: DVec3) -> Option<NearestPoint> {
+        self.tree.nearest(&self.mesh, point_body)
     }
 
     /// Outward unit normal at the point of the surface nearest to `point_body`; `None` for an open surface.
@@ -313,6 +321,8 @@ pub struct Body {
     pub edge_radius: f64,
     /// Span of its existence.
     pub life: Life,
+    /// What holds it; empty for a body that nothing holds.
+    pub supports: Vec<Support>,
 }
 
 /// Default edge radius as a fraction of the bounding radius.
@@ -344,6 +354,7 @@ impl Body {
             angular_velocity: DVec3::ZERO,
             motion: Motion::Free,
             life: Life::LASTING,
+            supports: Vec::new(),
         }
     }
 
@@ -380,6 +391,7 @@ impl Body {
             motion: Motion::Fixed,
             edge_radius: 0.0,
             life: Life::LASTING,
+            supports: Vec::new(),
         }
     }
 
@@ -423,6 +435,12 @@ impl Body {
     #[must_use]
     pub fn with_edge_radius(self, edge_radius: f64) -> Self {
         Body { edge_radius, ..self }
+    }
+
+    /// The same body with other supports.
+    #[must_use]
+    pub fn with_supports(self, supports: Vec<Support>) -> Self {
+        Body { supports, ..self }
     }
 
     /// The same body with another span of existence.

@@ -39,6 +39,7 @@ fn part(orders: &[Option<usize>], seed: f64) -> ModalPart {
     let mode = |(at, order): (usize, &Option<usize>)| ModalMode {
         frequency: 1234.5 * (1.0 + at as f64) + seed,
         mesh_error: 1e-3 * wave(at).abs(),
+        support_damping: 0.0,
         shape: (0..10).map(|i| DVec3::new(wave(i + at), wave(3 * i), -wave(7 * i + at))).collect(),
         transfer: order.map(|order| ModalTransfer {
             order,

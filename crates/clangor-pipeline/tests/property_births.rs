@@ -244,6 +244,7 @@ fn modes(half: DVec3, lowest: f64) -> BodyModes {
         ModalMode {
             frequency: lowest * ((m / half.x).powi(2) + (n / half.z).powi(2)) / (2.0 / HALF.x).powi(2),
             mesh_error: 0.0,
+            support_damping: 0.0,
             shape: nodes.iter().map(shape).collect(),
             transfer: Some(ModalTransfer { order: 0, coefficients: vec![Complex64::ONE] }),
         }

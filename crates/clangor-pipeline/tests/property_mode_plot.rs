@@ -30,6 +30,7 @@ fn ball(motions: &[fn(DVec3) -> DVec3]) -> ModalModel {
     let mode = |(k, motion): (usize, &fn(DVec3) -> DVec3)| ModalMode {
         frequency: 1000.0 * (k + 1) as f64,
         mesh_error: 0.004,
+        support_damping: 0.0,
         shape: nodes.iter().map(|x| motion(*x)).collect(),
         transfer: None,
     };

@@ -38,6 +38,7 @@ mod matrices;
 mod moments;
 mod parts;
 mod polygon;
+mod supports;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};

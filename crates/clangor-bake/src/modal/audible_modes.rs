@@ -15,6 +15,7 @@ use std::ops::ControlFlow;
 
 use clangor_core::material::Material;
 
+use super::held_body::Held;
 use super::{Effort, ModalBakeOptions};
 use crate::bem::triangles::MOST_ORDER;
 use crate::fem::ElasticConstants;
@@ -22,10 +23,7 @@ use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::ModalError;
 use crate::modal_analysis::modal_density::{frequency_of_mode, modes_below};
-use crate::modal_analysis::{
-    ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, draft_modal_analysis,
-    modal_analysis,
-};
+use crate::modal_analysis::{ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress};
 
 /// Modes of a draft, by their average density, and nodes of its meshes.
 const DRAFT_MODES: f64 = 100.0;
@@ -43,7 +41,7 @@ const ORDERS_ABOVE: f64 = 4.0;
 /// # Errors
 /// [`ModalAnalysisError`].
 pub(super) fn audible_modes(
-    geometry: &BakeGeometry,
+    (geometry, held): (&BakeGeometry, Held<'_>),
     (material, constants): (&Material, &ElasticConstants),
     options: &ModalBakeOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
@@ -67,11 +65,7 @@ pub(super) fn audible_modes(
                 Effort::Draft => DRAFT_NODES.min(options.most_nodes),
             },
         };
-        let found = match effort {
-            Effort::Exact => modal_analysis(geometry, constants, &settings, progress),
-            Effort::Draft => draft_modal_analysis(geometry, constants, &settings, progress),
-        };
-        match found {
+        match held.modes(geometry, (constants, effort), &settings, progress) {
             Ok(mut found) => {
                 if limit < options.max_frequency {
                     found.warnings.push(left_out(found.modes.len(), limit, options, |frequency| {

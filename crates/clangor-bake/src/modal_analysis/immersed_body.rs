@@ -19,6 +19,7 @@ use glam::DVec3;
 use super::volume_fem::spectrum;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, edge_of_cells, expected};
+use crate::fem::supports::{Holding, Support, SupportError};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::inner_creases::Walls;
 use crate::mesh::decimate::decimate;
@@ -71,6 +72,8 @@ pub(super) struct ImmersedBody<'a> {
     /// Most nodes of a grid.
     most_nodes: usize,
     effort: CellEffort,
+    /// What holds the body; empty if it is free.
+    supports: &'a [Support],
 }
 
 /// A grid with displacements of one order.
@@ -96,7 +99,16 @@ impl<'a> ImmersedBody<'a> {
         let walls = Walls::of(&surface);
         let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
         let size = (high - low).max_element();
-        Ok(ImmersedBody { surface, constants, size, walls, volume, most_nodes, effort })
+        Ok(ImmersedBody { surface, constants, size, walls, volume, most_nodes, effort, supports: &[] })
+    }
+
+    /// The same body, held.
+    pub(super) fn held_by(self, supports: &'a [Support]) -> Self {
+        ImmersedBody { supports, ..self }
+    }
+
+    fn holding(&self, mesh: &Immersed) -> Result<Holding, SupportError> {
+        mesh.cells.holding(&self.surface, self.supports, self.constants, self.walls.thickness)
     }
 
     /// Order of all grids but the first.
@@ -186,7 +198,24 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     }
 
     fn solve(&self, mesh: &Immersed, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalAnalysisError> {
-        Ok(spectrum(&mesh.cells.system(self.constants), limit)?)
+        let system = mesh.cells.system(self.constants);
+        Ok(match self.supports.is_empty() {
+            true => spectrum(&system, limit)?,
+            false => spectrum(&system.held_by(&self.holding(mesh)?), limit)?,
+        })
+    }
+
+    fn support_damping(
+        &self,
+        mesh: &Immersed,
+        modes: &Vec<Mode>,
+        count: usize,
+    ) -> Result<Vec<f64>, SupportError> {
+        if self.supports.is_empty() {
+            return Ok(vec![0.0; count]);
+        }
+        let holding = self.holding(mesh)?;
+        Ok(modes.iter().take(count).map(|mode| holding.damping(&mode.shape)).collect())
     }
 
     fn system(&self, mesh: &Immersed) -> Option<ElasticSystem> {

@@ -190,6 +190,7 @@ pub fn modal_model(
         sampled.push(ModalMode {
             frequency,
             mesh_error: f64::NAN,
+            support_damping: 0.0,
             shape: surface.motion(mode.parity, &shape),
             transfer: None,
         });

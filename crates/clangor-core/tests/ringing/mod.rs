@@ -22,7 +22,7 @@ pub(crate) const IMPULSE: f64 = 0.02;
 pub(crate) fn mode(frequency: f64, shape: DVec3, coefficients: Vec<Complex64>) -> ModalMode {
     let order = coefficients.len().isqrt() - 1;
     let transfer = Some(ModalTransfer { order, coefficients });
-    ModalMode { frequency, mesh_error: 0.0, shape: vec![shape; 6], transfer }
+    ModalMode { frequency, mesh_error: 0.0, support_damping: 0.0, shape: vec![shape; 6], transfer }
 }
 
 /// A source of these modes.

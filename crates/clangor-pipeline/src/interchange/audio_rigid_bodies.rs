@@ -138,7 +138,8 @@ impl Ringing {
     pub fn of_model(model: &ModalModel, damping: &Damping) -> Self {
         let mode = |mode: &ModalMode| RingingMode {
             frequency: mode.frequency,
-            decay_rate: damping.damping_ratio(mode.frequency) * TAU * mode.frequency,
+            decay_rate: damping.damping_ratio(mode.frequency) * TAU * mode.frequency
+                + 0.5 * mode.support_damping,
             shape: mode.shape.clone(),
         };
         Ringing {

@@ -300,6 +300,7 @@ fn decay(table: &mut Validation) -> Outcome {
                 modes: vec![ModalMode {
                     frequency,
                     mesh_error: 0.0,
+                    support_damping: 0.0,
                     shape: vec![2.0 * DVec3::Z; 6],
                     transfer: Some(ModalTransfer { order: 0, coefficients: vec![coefficient] }),
                 }],

@@ -44,6 +44,7 @@ fn file(solid: Solid, material: &str, motion: f64) -> Vec<u8> {
     let mode = |frequency| ModalMode {
         frequency,
         mesh_error: 0.0,
+        support_damping: 0.0,
         shape: vec![motion * DVec3::Y; nodes.len()],
         transfer: None,
     };

@@ -270,7 +270,7 @@ impl RenderReportView<'_> {
                 self.remark(energy, slow, index)
             ));
             let modes = &models.bodies[index].modal;
-            if body.motion == Motion::Free && *modes != BodyModes::None(NoModes::Unstruck) {
+            if *modes != BodyModes::None(NoModes::Unstruck) && !body.surface.is_plane() {
                 console.say(format_args!(
                     "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  {modes}",
                     "",
@@ -295,10 +295,17 @@ impl RenderReportView<'_> {
                 (_, GroundSound::Slab) => "a slab of concrete".into(),
                 _ => "a half-space of its material".into(),
             }
-        } else if body.surface.is_plane() || body.motion == Motion::Fixed {
+        } else if body.surface.is_plane() {
             "silent: it does not move".into()
         } else if body.motion != Motion::Free {
-            "silent: keyframes move it, not impacts".into()
+            let held = match body.motion {
+                Motion::Fixed => "does not move as a whole",
+                _ => "moves by keyframes, not by impacts",
+            };
+            match models.bodies[index].modal.mode_count() {
+                0 => format!("silent: it {held}"),
+                _ => format!("it {held}: it only vibrates"),
+            }
         } else if energy > 0.0 {
             let AccelerationPart { decision, kind, .. } = &models.bodies[index].acceleration;
             let as_what = match kind == &decision.kind {

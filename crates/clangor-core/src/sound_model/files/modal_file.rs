@@ -1,8 +1,8 @@
 //! Modal models as bytes: a file of its own, or a part of a sound model; docs/format/model.md describes both.
 //!
 //! Unlike an acceleration model, a modal model belongs to one material and one medium. The stiffness
-//! determines the modes, and a transfer holds only at the frequency of its mode. Damping is not stored: it
-//! may change without another bake.
+//! determines the modes, and a transfer holds only at the frequency of its mode. The damping of the material
+//! is not stored: it may change without another bake. That by supports is, for a body that has any.
 //!
 //! Frequencies are stored in 64 bits, shapes and transfers in 32, whose 24 significant bits exceed the
 //! accuracy of any mesh. Computed models are rounded in the same way ([`ModalPart::rounded`]), so that they
@@ -164,6 +164,9 @@ impl ModalPart {
             &[modes.len(), nodes, 3],
             modes.iter().flat_map(|m| &m.shape).flat_map(|u| u.to_array()).map(|u| u as f32),
         );
+        if modes.iter().any(|m| m.support_damping != 0.0) {
+            file.add("modal.support_damping", &[modes.len()], modes.iter().map(|m| m.support_damping));
+        }
         let order = |m: &ModalMode| m.transfer.as_ref().map_or(-1, |t| t.order as i16);
         file.add("modal.orders", &[modes.len()], modes.iter().map(order));
         let transfers = || modes.iter().filter_map(|m| m.transfer.as_ref()).flat_map(|t| &t.coefficients);
@@ -192,6 +195,10 @@ impl ModalPart {
             triangles: triangles.as_chunks::<6>().0.to_vec(),
         };
         let (count, numbers) = file.rows::<f64>("modal.modes", &[2])?;
+        let damping = match file.has("modal.support_damping") {
+            true => file.array::<f64>("modal.support_damping", &[count])?,
+            false => vec![0.0; count],
+        };
         let shapes = file.array::<f32>("modal.shapes", &[count, nodes, 3])?;
         let orders = file.array::<i16>("modal.orders", &[count])?;
         let (total, real) = file.rows::<f32>("modal.real", &[])?;
@@ -204,6 +211,7 @@ impl ModalPart {
             .map(|(at, (number, transfer))| ModalMode {
                 frequency: number[0],
                 mesh_error: number[1],
+                support_damping: damping[at],
                 shape: shapes[3 * at * nodes..3 * (at + 1) * nodes]
                     .chunks_exact(3)
                     .map(|u| DVec3::new(u[0].into(), u[1].into(), u[2].into()))
@@ -260,6 +268,10 @@ impl ModalPart {
                     format!("the mesh error of mode {at}"),
                     "is not a finite number from 0",
                 ));
+            }
+            if !(mode.support_damping >= 0.0 && mode.support_damping.is_finite()) {
+                let what = format!("the damping of mode {at} by supports");
+                return Err(TensorFileError::value(what, "is not a finite number from 0"));
             }
             check_shape(at, mode, surface.nodes.len())?;
             mode.transfer.as_ref().map_or(Ok(()), |transfer| check_transfer(at, transfer))?;

@@ -2,8 +2,10 @@
 
 use clangor_bake::acceleration::{BakeOptions, Method};
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
+use clangor_bake::modal::held_body::Held;
 use clangor_bake::modal::{Effort, ModalBakeOptions};
 use clangor_bake::soundbank::modal::ModalSoundbankOptions;
+use clangor_core::body::support::{SupportKind, SupportRegion};
 use clangor_core::geometry::meridian::Piece;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
@@ -38,8 +40,14 @@ pub fn model_key(geometry: &BakeGeometry, options: &BakeOptions) -> String {
     format!("{:032x}", inputs.0.finish_128())
 }
 
-/// The same of a modal model: elasticity, density and medium besides, and no damping.
-pub fn modal_key(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> String {
+/// The same of a modal model: supports, elasticity, density and medium besides, and no damping of the
+/// material.
+pub fn modal_key(
+    geometry: &BakeGeometry,
+    held: Held<'_>,
+    material: &Material,
+    options: &ModalBakeOptions,
+) -> String {
     let mut inputs = Inputs(Hasher::new());
     inputs.text("modal");
     inputs.whole(modal_file::VERSION.into());
@@ -52,6 +60,7 @@ pub fn modal_key(geometry: &BakeGeometry, material: &Material, options: &ModalBa
     numbers.into_iter().for_each(|n| inputs.number(n));
     inputs.whole(most_nodes as u64);
     inputs.effort(effort);
+    inputs.held(held);
     format!("{:032x}", inputs.0.finish_128())
 }
 
@@ -133,6 +142,35 @@ impl Inputs {
     fn effort(&mut self, effort: Effort) {
         if effort == Effort::Draft {
             self.text("draft");
+        }
+    }
+
+    /// Bodies without supports have the keys of before there were any.
+    fn held(&mut self, held: Held<'_>) {
+        if held.supports.is_empty() {
+            return;
+        }
+        self.text(if held.moves_freely { "supports that move" } else { "supports" });
+        self.whole(held.supports.len() as u64);
+        for support in held.supports {
+            match support.region {
+                SupportRegion::Ball { centre, radius } => {
+                    self.text("ball");
+                    centre.to_array().into_iter().chain([radius]).for_each(|x| self.number(x));
+                }
+                SupportRegion::Box { low, high } => {
+                    self.text("box");
+                    low.to_array().into_iter().chain(high.to_array()).for_each(|x| self.number(x));
+                }
+            }
+            match support.kind {
+                SupportKind::Clamped => self.text("clamped"),
+                SupportKind::Sprung { stiffness, damping } => {
+                    self.text("sprung");
+                    let numbers = stiffness.to_array().into_iter().chain(damping.to_array());
+                    numbers.for_each(|x| self.number(x));
+                }
+            }
         }
     }
 

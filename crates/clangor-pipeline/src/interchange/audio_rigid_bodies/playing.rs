@@ -204,6 +204,7 @@ impl Ringing {
         let mode = |mode: &super::RingingMode| ModalMode {
             frequency: mode.frequency,
             mesh_error: f64::NAN,
+            support_damping: 0.0,
             shape: mode.shape.clone(),
             transfer: None,
         };

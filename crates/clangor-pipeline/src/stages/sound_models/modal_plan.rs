@@ -1,20 +1,25 @@
 //! The modes of the bodies of a scene.
 //!
-//! Every body that moves freely and is struck has modes, unless the scene excludes them. They are computed
-//! once for all bodies of the same form and material. Where forms are many, as in a heap of stones, finding
-//! modes would take longer than all the rest: then only those bodies have modes that the scene asks for. A
-//! body whose modes all lie above the band is distinguished from one whose modes cannot be computed.
+//! Every body that is struck has modes, unless the scene excludes them: those of the body as its supports hold
+//! it, and of a body that nothing holds, fixed or not, those of the free body. They are computed once for all
+//! bodies of the same form, material and supports. Where forms are many, as in a heap of stones, finding modes
+//! would take longer than all the rest: then only those bodies have modes that the scene asks for. A body
+//! whose modes all lie above the band is distinguished from one whose modes cannot be computed.
+//!
+//! A large body that does not move, such as a table top, has a draft of its modes unless the scene asks for
+//! its own: its many modes at short waves would take longer than all the rest.
 //!
 //! Pieces of a broken body follow the rule of that body; left to themselves, those with a lowest frequency
 //! above a threshold have the modes of ellipsoids (`piece_proxies`), and the rest their own.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::Instant;
 
 use clangor_bake::acceleration::BakeProgress;
-use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal::{Effort, ModalBakeOptions};
 use clangor_bake::soundbank::modal::ModalSoundbankBakeError;
 use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::sound_model::ModalRule;
@@ -40,6 +45,19 @@ pub struct ModalPlanSettings {
     pub options: ModalBakeOptions,
     /// Pieces of a lowest frequency above this \[Hz\] have the modes of ellipsoids.
     pub proxy_frequency: f64,
+}
+
+/// kR at the highest frequency above which a body that does not move has a draft of its modes.
+const LARGE: f64 = 40.0;
+
+impl ModalPlanSettings {
+    /// How the modes of a body are computed under a rule.
+    fn options_of(&self, body: &Body, rule: ModalRule) -> ModalBakeOptions {
+        let ModalBakeOptions { medium, max_frequency, .. } = self.options;
+        let size = TAU * max_frequency / medium.sound_speed * body.surface.bounding_radius();
+        let large = rule == ModalRule::Auto && body.motion != Motion::Free && size > LARGE;
+        ModalBakeOptions { effort: if large { Effort::Draft } else { self.options.effort }, ..self.options }
+    }
 }
 
 /// Modes that bodies of a scene share.
@@ -84,18 +102,19 @@ impl ModalPlan {
         };
         // Copies share their surface, and to recognise its form takes time.
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
-        let mut copies: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut copies: BTreeMap<(usize, bool), Vec<usize>> = BTreeMap::new();
         let mut unasked = BTreeSet::new();
         for (index, body) in bodies.iter().enumerate() {
             let (id, rule) = (BodyId(index as u32), plan.rules[index]);
-            if body.motion != Motion::Free {
+            if body.surface.is_plane() {
                 continue;
             }
             if rule == ModalRule::Never {
                 plan.bodies[index] = BodyModes::None(NoModes::Unwanted);
                 continue;
             }
-            let always = rule == ModalRule::Proxy;
+            // No ellipsoid of the bank has supports.
+            let always = rule == ModalRule::Proxy && body.supports.is_empty();
             let piece = rule == ModalRule::Auto && body.life.parent.is_some();
             if always || piece {
                 plan.candidates.push(Candidate { id, body: body.clone(), always });
@@ -105,12 +124,14 @@ impl ModalPlan {
                 plan.bodies[index] = BodyModes::None(NoModes::TooManyForms { most: MOST_FORMS });
                 continue;
             }
-            let same = copies.entry(Arc::as_ptr(&body.surface).addr()).or_default();
-            let equal = |at: &&usize| bodies[plan.requests[**at].bodies[0].index()].material == body.material;
+            let options = settings.options_of(body, rule);
+            let draft = options.effort == Effort::Draft;
+            let same = copies.entry((Arc::as_ptr(&body.surface).addr(), draft)).or_default();
+            let equal = |at: &&usize| vibrates_alike(&bodies[plan.requests[**at].bodies[0].index()], body);
             let at = match same.iter().find(equal) {
                 Some(at) => *at,
                 None => {
-                    let part = ModalBake::new(&body.material, settings.options);
+                    let part = ModalBake::of_body(body, options);
                     let Ok(request) = SoundModelRequest::of_body(body, part) else { continue };
                     let at = *known.entry(request.key().to_owned()).or_insert(plan.requests.len());
                     if at == plan.requests.len() {
@@ -151,7 +172,7 @@ impl ModalPlan {
         self.candidates.retain(|candidate| !copies.contains(&candidate.id));
         let part = ModalBake::of_known_modes(&body.material, modes.clone(), self.settings.options);
         let request = SoundModelRequest::of_body(body, part);
-        if let (Ok(request), Motion::Free) = (request, &body.motion) {
+        if let Ok(request) = request {
             self.requests.push(SharedModes { request, bodies: copies.to_vec() });
         }
     }
@@ -171,7 +192,7 @@ impl ModalPlan {
             match rule {
                 ModalRule::Never => {}
                 ModalRule::Own => {
-                    let part = ModalBake::new(&body.material, self.settings.options);
+                    let part = ModalBake::of_body(body, self.settings.options);
                     let Ok(request) = SoundModelRequest::of_body(body, part) else { continue };
                     self.requests.push(SharedModes { request, bodies: vec![id] });
                 }
@@ -251,7 +272,7 @@ impl ModalPlan {
                     BodyModes::None(NoModes::Failed(why))
                 }
                 Choice::Own => {
-                    let part = ModalBake::new(&body.material, options);
+                    let part = ModalBake::of_body(body, options);
                     let Ok(request) = SoundModelRequest::of_body(body, part) else { continue };
                     match requests.iter_mut().find(|other| other.request.key() == request.key()) {
                         Some(shared) => shared.bodies.push(*id),
@@ -263,6 +284,13 @@ impl ModalPlan {
         }
         Ok(())
     }
+}
+
+/// Whether bodies of the same surface have the same modes.
+pub(crate) fn vibrates_alike(body: &Body, other: &Body) -> bool {
+    body.material == other.material
+        && body.supports == other.supports
+        && (body.supports.is_empty() || (body.motion == Motion::Free) == (other.motion == Motion::Free))
 }
 
 /// The modes of a request, the first of whose bodies is called `name`.

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Motion};
+use clangor_core::body::{Body, BodyId};
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::rule::rules_with_pieces;
 use clangor_core::sound_model::{AccelerationRule, SoundRule};
@@ -142,9 +142,9 @@ impl SoundModelPlan {
     ) -> Result<ModalParts, SoundModelError> {
         let Some(mut plan) = self.modal else {
             let without = |body: &Body| {
-                BodyModes::None(match body.motion {
-                    Motion::Free => NoModes::Unwanted,
-                    _ => NoModes::Unstruck,
+                BodyModes::None(match body.surface.is_plane() {
+                    true => NoModes::Unstruck,
+                    false => NoModes::Unwanted,
                 })
             };
             return Ok(ModalParts { bodies: bodies.iter().map(without).collect(), ..ModalParts::default() });

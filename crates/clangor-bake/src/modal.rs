@@ -27,8 +27,10 @@ use crate::modal_analysis::{ModalAnalysis, ModalAnalysisError, ModalAnalysisOpti
 use crate::modal_radiation::axisymmetric::AxisymmetricModalSolver;
 use crate::modal_radiation::surface_modes::SurfaceModes;
 use crate::modal_radiation::{ModalMotion, ModalSolver};
+use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::radiation::RadiationError;
-use audible_modes::audible_modes;
+use crate::statistical::add_synthetic_modes;
+use audible_modes::{audible_modes, statistical_remark};
 
 /// Settings of a modal bake.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -137,8 +139,8 @@ impl From<ModalAnalysisError> for ModalBakeError {
     }
 }
 
-/// Finds the modes of a body about its centre of mass, without transfers. Shapes are rounded to file
-/// precision, so that a resumed bake gives the same result.
+/// Finds the modes of a body about its centre of mass, without transfers, and synthetic ones above the band in
+/// which they can be found. Shapes are rounded to file precision, so that a resumed bake gives the same result.
 ///
 /// # Errors
 /// [`ModalBakeError`].
@@ -159,12 +161,18 @@ pub fn find_modes(
         }
         found => found?,
     };
-    let ModalAnalysis { mut modes, surface, density, max_frequency, method, nodes, residual, warnings } =
+    let ModalAnalysis { mut modes, surface, density, max_frequency, method, nodes, residual, mut warnings } =
         found;
     // Round the shapes and assemble the model.
     modes.iter_mut().for_each(|mode| round_shape(&mut mode.shape));
     let (radius, medium) = (surface.radius(), options.medium);
-    let model = ModalModel { radius, medium, density, max_frequency, surface, modes };
+    let mut model =
+        ModalModel { radius, medium, density, max_frequency, statistical_above: None, surface, modes };
+    // Above the modes that were found: statistical ringing.
+    let volume = geometry.mass_properties().map_err(|e| ModalAnalysisError::Mesh(StuffingError::Input(e)))?.volume;
+    if let Some(band) = add_synthetic_modes(&mut model, volume, material, options.max_frequency) {
+        warnings.push(statistical_remark(&model, &band, options));
+    }
     let evidence = ModalEvidence {
         mesh: method,
         nodes,
@@ -176,7 +184,8 @@ pub fn find_modes(
     Ok((model, evidence))
 }
 
-/// Computes the transfers of the modes.
+/// Computes the transfers of the modes, without those of synthetic ones
+/// ([`radiate_synthetic_modes`](crate::statistical::radiate_synthetic_modes)).
 ///
 /// # Errors
 /// [`ModalBakeError`]; the model is then unchanged.
@@ -190,15 +199,15 @@ pub fn radiate(
     if model.modes.is_empty() {
         return Ok(());
     }
-    let count = model.modes.len() as f64;
+    let known = model.known_modes();
+    let count = known.len() as f64;
     let mut on_progress =
         |done: f64| progress(&BakeProgress { done: (done / count).min(1.0), stage: "radiating modes" });
     if on_progress(0.0).is_break() {
         return Err(ModalBakeError::Interrupted);
     }
     let (solver, method) = solver(geometry, model, options)?;
-    let motions: Vec<ModalMotion<'_>> = model
-        .modes
+    let motions: Vec<ModalMotion<'_>> = known
         .iter()
         .map(|m| ModalMotion { wavenumber: wavenumber(m.frequency, options), shape: &m.shape })
         .collect();
@@ -230,9 +239,9 @@ fn solver(
             &quarters
         }
     };
-    let highest = model.modes.last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
+    let highest = model.known_modes().last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
     let solver = match options.effort {
-        Effort::Exact => SurfaceModes::try_new(triangles, highest, model.modes.len(), options.accuracy)?,
+        Effort::Exact => SurfaceModes::try_new(triangles, highest, model.known_modes().len(), options.accuracy)?,
         Effort::Draft => SurfaceModes::draft(triangles)?,
     };
     let method = solver.method();
@@ -256,6 +265,7 @@ fn silent(
         medium: options.medium,
         density: material.density,
         max_frequency: options.max_frequency,
+        statistical_above: None,
         surface: ModalSurface::default(),
         modes: Vec::new(),
     };

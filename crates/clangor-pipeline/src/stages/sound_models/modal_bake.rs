@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use clangor_bake::acceleration::BakeProgress;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_modes, radiate};
+use clangor_bake::statistical::radiate_synthetic_modes;
 use clangor_core::material::Material;
 use clangor_core::sound_model::files::modal_file::{ModalFile, ModalOrigin, ModalPart, round_shape};
 use clangor_core::sound_model::modal::model::ModalModel;
@@ -95,7 +96,7 @@ fn bake_modes(
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<ModalFile, ModalBakeError> {
-    let SoundModelRequest { geometry, part: ModalBake { options, .. }, key, .. } = request;
+    let SoundModelRequest { geometry, part: ModalBake { material, options, .. }, key, .. } = request;
     let kept = cache.and_then(|cache| cache.read_modes(key));
     let (mut model, mut evidence) = match kept {
         Some(ModalFile { modal, .. }) => (modal.model, evidence_of(modal.origin)),
@@ -108,6 +109,7 @@ fn bake_modes(
     let mut on_progress =
         |p: &BakeProgress| progress(&BakeProgress { done: MODES + (1.0 - MODES) * p.done, ..*p });
     radiate(geometry, &mut model, &mut evidence, options, &mut on_progress)?;
+    radiate_synthetic_modes(&mut model, request.solid.mass.volume, material);
     Ok(request.file(model, evidence))
 }
 

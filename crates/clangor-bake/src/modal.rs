@@ -22,12 +22,12 @@ use crate::acceleration::{BakeError, BakeProgress};
 use crate::fem::{ElasticConstants, ElasticError};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
+use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::ModalError;
 use crate::modal_analysis::{ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress};
 use crate::modal_radiation::axisymmetric::AxisymmetricModalSolver;
 use crate::modal_radiation::surface_modes::SurfaceModes;
 use crate::modal_radiation::{ModalMotion, ModalSolver};
-use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::radiation::RadiationError;
 use crate::statistical::add_synthetic_modes;
 use audible_modes::{audible_modes, statistical_remark};
@@ -139,8 +139,9 @@ impl From<ModalAnalysisError> for ModalBakeError {
     }
 }
 
-/// Finds the modes of a body about its centre of mass, without transfers, and synthetic ones above the band in
-/// which they can be found. Shapes are rounded to file precision, so that a resumed bake gives the same result.
+/// Finds the modes of a body about its centre of mass, without transfers, and synthetic ones above the band
+/// in which they can be found. Shapes are rounded to file precision, so that a resumed bake gives the same
+/// result.
 ///
 /// # Errors
 /// [`ModalBakeError`].
@@ -169,7 +170,8 @@ pub fn find_modes(
     let mut model =
         ModalModel { radius, medium, density, max_frequency, statistical_above: None, surface, modes };
     // Above the modes that were found: statistical ringing.
-    let volume = geometry.mass_properties().map_err(|e| ModalAnalysisError::Mesh(StuffingError::Input(e)))?.volume;
+    let volume =
+        geometry.mass_properties().map_err(|e| ModalAnalysisError::Mesh(StuffingError::Input(e)))?.volume;
     if let Some(band) = add_synthetic_modes(&mut model, volume, material, options.max_frequency) {
         warnings.push(statistical_remark(&model, &band, options));
     }
@@ -241,7 +243,9 @@ fn solver(
     };
     let highest = model.known_modes().last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
     let solver = match options.effort {
-        Effort::Exact => SurfaceModes::try_new(triangles, highest, model.known_modes().len(), options.accuracy)?,
+        Effort::Exact => {
+            SurfaceModes::try_new(triangles, highest, model.known_modes().len(), options.accuracy)?
+        }
         Effort::Draft => SurfaceModes::draft(triangles)?,
     };
     let method = solver.method();

@@ -1,15 +1,15 @@
 //! Statistical ringing: what a body sounds like above the modes that can be found.
 //!
-//! Where modes are too many, only their mean matters: an impact gives them energy by the mobility of the surface,
-//! they lose it by the material and by radiation, and they radiate by their efficiency (statistical energy analysis,
-//! \[LyonDeJong1995\]).
+//! Where modes are too many, only their mean matters: an impact gives them energy by the mobility of the
+//! surface, they lose it by the material and by radiation, and they radiate by their efficiency (statistical
+//! energy analysis, \[LyonDeJong1995\]).
 //!
 //! ```text
 //! E_Δω = (1/π) ∫_Δω |F(ω)|² Re Y dω      P = η_rad ω E      η_rad = ρ c A σ ⟨U_n²⟩/ω
 //! ```
 //!
-//! The mean is realised by synthetic modes, so that everything that plays modes plays them: resonators, contacts,
-//! files, the live engine.
+//! The mean is realised by synthetic modes, so that everything that plays modes plays them: resonators,
+//! contacts, files, the live engine.
 //!
 //! ```text
 //! modes of the last octave ─► level of Re Y, of ⟨U_n²⟩, of σ, shapes         (anchor)
@@ -17,8 +17,8 @@
 //!                          ─► frequencies and shapes (synthetic_modes), transfers (diffuse_transfer)
 //! ```
 //!
-//! A level is that of the last octave at its end, and follows theory from there. What σ has of its own there goes as
-//! waves become faster than sound:
+//! A level is that of the last octave at its end, and follows theory from there. What σ has of its own there
+//! goes as waves become faster than sound:
 //!
 //! ```text
 //! σ(f) = σ_th(f) r^w     r = σ/σ_th of the anchor
@@ -58,7 +58,8 @@ use synthetic_modes::{Anchor, synthetic_modes};
 
 pub use synthetic_modes::PER_THIRD_OCTAVE;
 
-/// Expected error of a third of an octave \[dB\], in the mean over places and listeners (`cross_statistical`).
+/// Expected error of a third of an octave \[dB\], in the mean over places and listeners
+/// (`cross_statistical`).
 pub const SPREAD_DB: f64 = 2.0;
 /// σ from which a body counts as radiating like a large one.
 const LARGE: f64 = 0.7;
@@ -77,8 +78,8 @@ pub struct StatisticalBand {
     pub stands_for: f64,
 }
 
-/// Adds synthetic modes, without transfers, from the end of the band of a model to `highest` \[Hz\]. Returns `None`
-/// where there is no such band, or no mode below.
+/// Adds synthetic modes, without transfers, from the end of the band of a model to `highest` \[Hz\]. Returns
+/// `None` where there is no such band, or no mode below.
 ///
 /// `volume` \[m³\] of the body, of `material`.
 pub fn add_synthetic_modes(
@@ -116,7 +117,7 @@ pub fn radiate_synthetic_modes(model: &mut ModalModel, volume: f64, material: &M
     let table = MeanTable::new(band, |f| {
         [mean.normal_motion(f), mean.efficiency(f, &medium), mean.slowness(f, &medium)]
     });
-    let radiation = Radiation::of(model, &anchor, &table);
+    let Some(radiation) = Radiation::of(model, &anchor, &table) else { return };
     let mut random = SplitMix::new(seed(model).wrapping_add(1));
     let heard = HeardDirections::new(&model.surface);
     // P of a mode, over ρR⁴/c.
@@ -147,7 +148,8 @@ struct Radiation {
 }
 
 impl Radiation {
-    fn of(model: &ModalModel, anchor: &Anchor, table: &MeanTable<3>) -> Self {
+    /// `None` if no mode of the anchor moves along the normal.
+    fn of(model: &ModalModel, anchor: &Anchor, table: &MeanTable<3>) -> Option<Self> {
         let motion = NormalMotion::new(&model.surface);
         let medium = &model.medium;
         let surface = 0.5 * medium.density * medium.sound_speed * motion.area;
@@ -162,7 +164,7 @@ impl Radiation {
             squares += square;
             fourths += weight;
             efficiency += weight * theory;
-            if let Some(transfer) = &mode.transfer {
+            if let Some(transfer) = mode.transfer.as_ref().filter(|_| weight > 0.0) {
                 let omega = TAU * mode.frequency;
                 let power = unit * transfer.power(omega * model.radius / medium.sound_speed);
                 ratios.push([power * omega * omega / (surface * square * theory), weight * theory]);
@@ -177,10 +179,11 @@ impl Radiation {
         let [motion_below, ..] = table.mean(anchor.band);
         let efficiency = efficiency / fourths;
         let scale = surface * fourths / (squares * motion_below);
-        Radiation { scale, from: anchor.band[1], efficiency, ratios }
+        (fourths > 0.0).then_some(Radiation { scale, from: anchor.band[1], efficiency, ratios })
     }
 
-    /// P of a synthetic mode of unit acceleration [W s⁴/(kg m²)]; `place` from 0 to 1 draws a mode of the anchor.
+    /// P of a synthetic mode of unit acceleration [W s⁴/(kg m²)]; `place` from 0 to 1 draws a mode of the
+    /// anchor.
     fn power(&self, frequency: f64, table: &MeanTable<3>, place: f64) -> f64 {
         let [motion, efficiency, slowness] = table.at(frequency);
         let drawn = self.ratios.partition_point(|ratio| ratio[1] < place).min(self.ratios.len().max(1) - 1);

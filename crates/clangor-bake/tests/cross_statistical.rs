@@ -1,8 +1,8 @@
-//! Statistical ringing beside the modes for which it stands: bodies whose modes to 20 kHz can be found are cut off
-//! after some of them, and the rest is made of synthetic modes.
+//! Statistical ringing beside the modes for which it stands: bodies whose modes to 20 kHz can be found are
+//! cut off after some of them, and the rest is made of synthetic modes.
 //!
-//! Compared is the energy of the sound after an impulse normal to the surface, in third octaves with at least five
-//! modes: Σ (U·n)² |H|²/(4ξω) over the modes of a band.
+//! Compared is the energy of the sound after an impulse normal to the surface, in third octaves with at least
+//! five modes: Σ (U·n)² |H|²/(4ξω) over the modes of a band.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -13,8 +13,8 @@ use clangor_bake::statistical::{add_synthetic_modes, radiate_synthetic_modes};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
-use clangor_core::material::presets::{self, Preset};
 use clangor_core::material::Material;
+use clangor_core::material::presets::{self, Preset};
 use clangor_core::medium::Medium;
 use clangor_core::shape::Shape;
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel};
@@ -101,12 +101,7 @@ fn mean_square(mesh: &TriMesh, shape: &[DVec3]) -> f64 {
     sum / area
 }
 
-fn energies(
-    body: &Known,
-    model: &ModalModel,
-    places: &[([u32; 3], DVec3)],
-    mode: &ModalMode,
-) -> [f64; 3] {
+fn energies(body: &Known, model: &ModalModel, places: &[([u32; 3], DVec3)], mode: &ModalMode) -> [f64; 3] {
     let at = |(nodes, normal): &([u32; 3], DVec3)| {
         let mean = nodes.iter().map(|i| mode.shape[*i as usize]).sum::<DVec3>() / 3.0;
         mean.dot(*normal).powi(2)
@@ -145,9 +140,11 @@ fn differences(body: &Known, count: usize) -> Vec<[f64; 3]> {
     for middle in thirds(from, model.max_frequency) {
         let inside = |mode: &&ModalMode| mode.frequency >= middle / edge && mode.frequency < middle * edge;
         let sums = |of: &ModalModel| {
-            of.modes.iter().filter(inside).map(|mode| energies(body, of, &places, mode)).fold([0.0; 3], |sum, e| {
-                std::array::from_fn(|k| sum[k] + e[k])
-            })
+            of.modes
+                .iter()
+                .filter(inside)
+                .map(|mode| energies(body, of, &places, mode))
+                .fold([0.0; 3], |sum, e| std::array::from_fn(|k| sum[k] + e[k]))
         };
         let modes = body.model.modes.iter().filter(inside).count();
         if modes < 5 {
@@ -156,7 +153,7 @@ fn differences(body: &Known, count: usize) -> Vec<[f64; 3]> {
         let (exact, statistical) = (sums(&body.model), sums(&model));
         let db: [f64; 3] = std::array::from_fn(|k| 10.0 * (statistical[k] / exact[k]).log10());
         println!(
-            "    {middle:7.0} Hz, {modes:3} modes, {:3} synthetic: vibration {:+.2} dB, heard {:+.2}, radiated {:+.2}",
+            "    {middle:7.0} Hz, {modes:3} modes, {:3} synthetic: vibration {:+.2}, heard {:+.2}, radiated {:+.2} dB",
             model.modes.iter().filter(inside).count(),
             db[0],
             db[1],

@@ -1,12 +1,14 @@
-//! Synthetic modes: bounded in number, the same for the same body, of the energy that a plate takes, never radiating
-//! more than they got, and kept by a file.
+//! Synthetic modes: bounded in number, the same for the same body, of the energy that a plate takes, never
+//! radiating more than they got, and kept by a file.
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::{ModalBakeOptions, find_modes, radiate};
-use clangor_bake::statistical::{PER_THIRD_OCTAVE, StatisticalBand, add_synthetic_modes, radiate_synthetic_modes};
+use clangor_bake::statistical::{
+    PER_THIRD_OCTAVE, StatisticalBand, add_synthetic_modes, radiate_synthetic_modes,
+};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets::{self, Preset};

@@ -1,5 +1,5 @@
-//! The modes of a body as far up as they can be found: a band that is too wide for a body is narrowed. What is
-//! above is statistical (`statistical`).
+//! The modes of a body as far up as they can be found: a band that is too wide for a body is narrowed. What
+//! is above is statistical (`statistical`).
 //!
 //! ```text
 //! limit ─► all modes below it ─► found
@@ -33,7 +33,7 @@ use crate::statistical::{SPREAD_DB, StatisticalBand};
 const DRAFT_MODES: f64 = 100.0;
 const DRAFT_NODES: usize = 4000;
 /// Most modes that are found one by one, by their average density: what lies above is statistical.
-const MOST_MODES: f64 = 1000.0;
+const MOST_MODES: f64 = 500.0;
 /// Factor on the limit after a failure, and the lowest limit \[Hz\].
 const NARROWER: f64 = 0.7;
 const LOWEST: f64 = 100.0;
@@ -136,8 +136,8 @@ pub(super) fn statistical_remark(
         Effort::Exact => "more modes are too many to be found",
     };
     format!(
-        "it rings with its {} modes below {:.2} kHz, and statistically up to {:.2} kHz, where {modes} synthetic \
-         modes stand for about {stands_for:.0}, third octaves within about {SPREAD_DB:.0} dB: {reason}",
+        "it rings with its {} modes below {:.2} kHz, and statistically up to {:.2} kHz, where {modes} \
+         synthetic modes stand for about {stands_for:.0}, third octaves within about {SPREAD_DB:.0} dB: {reason}",
         model.known_modes().len(),
         from * 1e-3,
         model.max_frequency * 1e-3

@@ -36,7 +36,8 @@ pub fn modes_below(volume: f64, area: f64, frequency: f64, material: &Material) 
     if frequency < 0.5 * shear_speed(material) / wall {
         let plane_strain = youngs_modulus / (1.0 - poisson_ratio * poisson_ratio);
         let bending = (plane_strain * wall * wall / (12.0 * density)).sqrt();
-        let count = 0.25 * area * frequency / bending + in_plane_modes_below(volume, area, frequency, material);
+        let count =
+            0.25 * area * frequency / bending + in_plane_modes_below(volume, area, frequency, material);
         return (count, ModalDensity::Plate);
     }
     (solid_modes_below(volume, area, frequency, material), ModalDensity::Solid)
@@ -48,9 +49,9 @@ fn shear_speed(material: &Material) -> f64 {
     (0.5 * youngs_modulus / (density * (1.0 + poisson_ratio))).sqrt()
 }
 
-/// The modes of shear and compression in the plane of a plate of this volume \[m³\] and surface \[m²\] below a
-/// frequency \[Hz\].
-pub(crate) fn in_plane_modes_below(_volume: f64, area: f64, frequency: f64, material: &Material) -> f64 {
+/// The modes of shear and compression in the plane of a plate of this volume \[m³\] and surface \[m²\] below
+/// a frequency \[Hz\].
+pub(crate) fn in_plane_modes_below(_: f64, area: f64, frequency: f64, material: &Material) -> f64 {
     let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
     let plane_strain = youngs_modulus / (1.0 - poisson_ratio * poisson_ratio);
     let in_plane = density / plane_strain + shear_speed(material).powi(-2);

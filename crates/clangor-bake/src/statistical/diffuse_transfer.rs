@@ -1,21 +1,22 @@
 //! The transfer of a mode whose power is known and whose phases are not: a random field.
 //!
-//! A wave that is faster than sound, μ = k_s/k < 1, leaves the surface at sin θ = μ from the normal; a slower one is
-//! heard from edges, in all directions alike. The mean intensity is that of all faces,
+//! A wave that is faster than sound, μ = k_s/k < 1, leaves the surface at sin θ = μ from the normal; a slower
+//! one is heard from edges, in all directions alike. The mean intensity is that of all faces,
 //!
 //! ```text
 //! I(d) = Σ_faces A g(n·d)    g = e^{−(sin θ − μ)²/2w²} for n·d > 0, of mean 1    w = max(0.1, 1/(k √A))
 //! ```
 //!
-//! and the field that of independent complex normal numbers z_q √I(d_q) in directions d_q, of the orders up to n̄;
-//! scaled, so that the power is exact:
+//! and the field that of independent complex normal numbers z_q √I(d_q) in directions d_q, of the orders up
+//! to n̄; scaled, so that the power is exact:
 //!
 //! ```text
 //! c_nm = s γ_n^{−1/2} Σ_q z_q √I(d_q) Y_nm(d_q)     γ_n = κ^{2n}/|θ_n(iκ)|²     n̄ = min(⌈κ⌉, 12)
 //! ```
 //!
-//! Real fields have orders up to kR. A lower order makes lobes wider, 15° at least, and leaves their statistics: in
-//! one direction the intensity of a mode is distributed exponentially about its mean. Faces do not obstruct each other.
+//! Real fields have orders up to kR. A lower order makes lobes wider, 15° at least, and leaves their
+//! statistics: in one direction the intensity of a mode is distributed exponentially about its mean. Faces do
+//! not obstruct each other.
 
 use clangor_core::math::radial::reverse_bessel;
 use clangor_core::math::random::SplitMix;
@@ -82,7 +83,8 @@ impl HeardDirections {
         self.directions.iter().map(|direction| intensity(direction).sqrt()).collect()
     }
 
-    /// A transfer of κ = `wavenumber` with `power`, in the unit of [`ModalTransfer::power`], and √I = `amplitudes`.
+    /// A transfer of κ = `wavenumber` with `power`, in the unit of [`ModalTransfer::power`], and √I =
+    /// `amplitudes`.
     pub(super) fn transfer(
         &self,
         wavenumber: f64,

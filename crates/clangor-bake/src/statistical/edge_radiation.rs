@@ -1,10 +1,11 @@
 //! Sound of bending waves at the free edge of a plate without a baffle, below coincidence.
 //!
-//! A plate fills x > 0 of the plane z = 0, with the same medium on both sides. A bending wave of wavenumber k_b
-//! arrives at the angle θ and is reflected by the free edge (Kirchhoff):
+//! A plate fills x > 0 of the plane z = 0, with the same medium on both sides. A bending wave of wavenumber
+//! k_b arrives at the angle θ and is reflected by the free edge (Kirchhoff):
 //!
 //! ```text
-//! v = e^{−ik_y y} Σ_j A_j e^{−iα_j x}     α = −k_x, k_x, −iγ     k_x = k_b cos θ,  k_y = k_b sin θ,  γ² = k_b² + k_y²
+//! v = e^{−ik_y y} Σ_j A_j e^{−iα_j x}     α = −k_x, k_x, −iγ
+//! k_x = k_b cos θ     k_y = k_b sin θ     γ² = k_b² + k_y²
 //! ```
 //!
 //! The pressure is antisymmetric in z, thus 0 beside the plate. With κ² = k² − k_y² and Wiener and Hopf's
@@ -15,8 +16,8 @@
 //! W    = (ωρ/2π) ∫_{−κ}^{κ} |Σ_j A_j/((α − α_j) √(α_j + κ))|² √((κ + α)/(κ − α)) dα
 //! ```
 //!
-//! In a diffuse field every wave that arrives at the edge does so along all of it; the mean square velocity is
-//! that of incident and reflected waves. With the perimeter Π and both faces A,
+//! In a diffuse field every wave that arrives at the edge does so along all of it; the mean square velocity
+//! is that of incident and reflected waves. With the perimeter Π and both faces A,
 //!
 //! ```text
 //! σ = Π ⟨W⟩_θ/(ρ c A)
@@ -104,7 +105,9 @@ mod tests {
             assert!((reflected.norm() - 1.0).abs() < 1e-12, "{angle}: {reflected}");
             if angle == 0.0 {
                 // A beam: R = −i, N = 1 − i; its end gives way four times as much as its middle.
-                assert!((reflected + Complex64::I).norm() < 1e-12 && (near - (1.0 - Complex64::I)).norm() < 1e-12);
+                assert!(
+                    (reflected + Complex64::I).norm() < 1e-12 && (near - (1.0 - Complex64::I)).norm() < 1e-12
+                );
             }
         }
     }

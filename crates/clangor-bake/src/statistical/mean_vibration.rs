@@ -1,16 +1,16 @@
-//! Vibration of a body in the mean over many modes: how many there are, how its surface gives way, and how well
-//! it radiates, as functions of the frequency.
+//! Vibration of a body in the mean over many modes: how many there are, how its surface gives way, and how
+//! well it radiates, as functions of the frequency.
 //!
 //! ```text
 //! Re Y = (π/2) n(ω) ⟨U_n²⟩        mean mobility of a surface whose modes have the normal motion U_n [kg^−½]
 //! P    = ½ ρ c A σ ⟨U_n²⟩/ω²      power of a mode of unit acceleration q̈
 //! ```
 //!
-//! The wall is an elastic layer (`layer_waves`) of thickness h, the median through the body along inward normals,
-//! and of area V/h: Re Y and the slowest surface wave k_s go from those of a plate to those of a half-space. Modes
-//! are those of bending, k_s² V/(4πh), and of the plane of a plate; where waves fit across the wall, c_T/4h to
-//! c_T/h, those of a solid take over (`modal_density`). Only modes of bending share the energy of a normal force
-//! in a plate, all modes in a solid.
+//! The wall is an elastic layer (`layer_waves`) of thickness h, the median through the body along inward
+//! normals, and of area V/h: Re Y and the slowest surface wave k_s go from those of a plate to those of a
+//! half-space. Modes are those of bending, k_s² V/(4πh), and of the plane of a plate; where waves fit across
+//! the wall, c_T/4h to c_T/h, those of a solid take over (`modal_density`). Only modes of bending share the
+//! energy of a normal force in a plate, all modes in a solid.
 //!
 //! Radiation efficiency, μ = k_s c/ω, of both faces:
 //!
@@ -19,8 +19,8 @@
 //! both at most σ_c = max(1, 0.35 (k √(V/h))^{1/2})                                     [Leppington1982]
 //! ```
 //!
-//! The absolute values are used as ratios of two frequencies: `anchor` takes the level from the modes of the body
-//! itself below. So neither the length of edges nor a factor on Re Y at edges counts.
+//! Values are used as ratios of two frequencies: levels are those of the known modes below. So neither the
+//! length of edges nor a factor on Re Y at edges counts.
 
 use std::f64::consts::{PI, TAU};
 
@@ -62,7 +62,8 @@ impl MeanVibration {
     /// Modes below a frequency, without what edges add.
     pub(super) fn modes_below(&self, frequency: f64) -> f64 {
         let solid = self.solid_part(frequency);
-        let below = |of: fn(f64, f64, f64, &Material) -> f64| of(self.volume, self.area, frequency, &self.material);
+        let below =
+            |of: fn(f64, f64, f64, &Material) -> f64| of(self.volume, self.area, frequency, &self.material);
         let plate = self.bending_below(frequency) + below(in_plane_modes_below);
         (1.0 - solid) * plate + solid * below(solid_modes_below)
     }

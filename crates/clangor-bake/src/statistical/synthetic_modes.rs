@@ -1,26 +1,29 @@
 //! Frequencies and shapes of synthetic modes above the last known one.
 //!
-//! N modes are known below f_c. What they have more than the mean N_th of the wall belongs to edges, and grows as k_s,
-//! the number of waves along them (free plates: about 1.7 Π k/4π). The mean mobility grows with the number of modes:
+//! N modes are known below f_c. What they have more than the mean N_th of the wall belongs to edges, and
+//! grows as k_s, the number of waves along them (free plates: about 1.7 Π k/4π). The mean mobility grows with
+//! the number of modes:
 //!
 //! ```text
 //! n = n_th + e dk_s/df     e = (N − N_th(f_c))/k_s(f_c)     Y = Y_th n/n_th
 //! ```
 //!
-//! n_s synthetic modes per hertz stand for n, at most [`PER_THIRD_OCTAVE`] in a third of an octave. Their shapes are
-//! random combinations of those of the anchor, the K known modes of the last octave, at most 64, with means Ȳ and n̄:
+//! n_s synthetic modes per hertz stand for n, at most [`PER_THIRD_OCTAVE`] in a third of an octave. Their
+//! shapes are random combinations of those of the anchor, the K known modes of the last octave, at most 64,
+//! with means Ȳ and n̄:
 //!
 //! ```text
 //! U_s = √(Y/Ȳ · n̄/n_s) Σ_m Q_sm U_m       Q: a random orthogonal matrix for each block of K modes
 //! ```
 //!
-//! Σ over a block of U_s² is that of the anchor, at every place and in every direction: edges, corners, thin and thick
-//! parts give way as they do in the last octave, and in the mean over frequencies as `mean_vibration` has it. A
-//! combination of modes of mass 1 has mass 1; one that stands for several has their number.
+//! Σ over a block of U_s² is that of the anchor, at every place and in every direction: edges, corners, thin
+//! and thick parts give way as they do in the last octave, and in the mean over frequencies as
+//! `mean_vibration` has it. A combination of modes of mass 1 has mass 1; one that stands for several has
+//! their number.
 //!
-//! The k-th frequency is at a random place of the k-th interval of equal expected number: it keeps its distance from
-//! the next as the modes of a body without symmetries do (variance 1/6 of the mean distance squared; random matrices
-//! 0.27).
+//! The k-th frequency is at a random place of the k-th interval of equal expected number: it keeps its
+//! distance from the next as the modes of a body without symmetries do (variance 1/6 of the mean distance
+//! squared; random matrices 0.27).
 //!
 //! What it is not: the waves are as long as in the last octave, so that places nearer than that move alike.
 
@@ -47,6 +50,8 @@ const FEWEST_ANCHORS: usize = 8;
 /// Most modes of edges, over those of the wall, and least density over that of the wall.
 const MOST_EXCESS: f64 = 0.7;
 const LEAST_DENSITY: f64 = 0.3;
+/// Least d ln N/d ln f.
+const LEAST_GROWTH: f64 = 0.1;
 /// Steps of the integral of the density per octave.
 const STEPS: f64 = 48.0;
 
@@ -76,8 +81,8 @@ impl Anchor {
     }
 }
 
-/// Synthetic modes of a model whose known modes are the anchor, from there to `highest` \[Hz\], and for how many
-/// modes they stand.
+/// Synthetic modes of a model whose known modes are the anchor, from there to `highest` \[Hz\], and for how
+/// many modes they stand.
 pub(super) fn synthetic_modes(
     model: &ModalModel,
     anchor: &Anchor,
@@ -90,7 +95,7 @@ pub(super) fn synthetic_modes(
     let excess = (anchor.modes.end as f64 - wall).clamp(-MOST_EXCESS * wall, MOST_EXCESS * wall);
     let at_edges = excess / mean.surface_wavenumber(from);
     let table = MeanTable::new([low, highest], |f| {
-        let without = mean.density(f);
+        let without = mean.density(f).max(LEAST_GROWTH * mean.modes_below(f) / f);
         let density = (without + at_edges * mean.wavenumber_slope(f)).max(LEAST_DENSITY * without);
         [mean.mobility(f) * density / without, density]
     });
@@ -102,7 +107,8 @@ pub(super) fn synthetic_modes(
     let synthetic = |f: f64| natural(f).min(most / (THIRD_OCTAVE * f));
     let frequencies = frequencies([from, highest], synthetic, random);
     let stands_for = integral([from, highest], natural).last().map_or(0.0, |row| row[1]);
-    let shapes = model.modes[anchor.modes.clone()].iter().map(|mode| mode.shape.as_slice()).collect::<Vec<_>>();
+    let shapes =
+        model.modes[anchor.modes.clone()].iter().map(|mode| mode.shape.as_slice()).collect::<Vec<_>>();
     let mut modes = Vec::with_capacity(frequencies.len());
     for block in frequencies.chunks(shapes.len()) {
         for (frequency, row) in block.iter().zip(orthogonal(shapes.len(), random)) {

@@ -49,9 +49,9 @@ pub struct ModalModel {
 impl ModalModel {
     /// The modes that are those of the body, without synthetic ones.
     pub fn known_modes(&self) -> &[ModalMode] {
-        let end = self.statistical_above.map_or(self.modes.len(), |from| {
-            self.modes.partition_point(|mode| mode.frequency < from)
-        });
+        let end = self
+            .statistical_above
+            .map_or(self.modes.len(), |from| self.modes.partition_point(|mode| mode.frequency < from));
         &self.modes[..end]
     }
 

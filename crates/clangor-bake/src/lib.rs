@@ -36,4 +36,5 @@ pub mod quadrature;
 pub mod radiation;
 pub mod reference;
 pub mod soundbank;
+pub mod statistical;
 pub mod stress;

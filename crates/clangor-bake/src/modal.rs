@@ -23,13 +23,15 @@ use crate::acceleration::{BakeError, BakeProgress};
 use crate::fem::{ElasticConstants, ElasticError};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
+use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::ModalError;
 use crate::modal_analysis::{ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress};
 use crate::modal_radiation::axisymmetric::AxisymmetricModalSolver;
 use crate::modal_radiation::surface_modes::SurfaceModes;
 use crate::modal_radiation::{ModalMotion, ModalSolver};
 use crate::radiation::RadiationError;
-use audible_modes::audible_modes;
+use crate::statistical::add_synthetic_modes;
+use audible_modes::{audible_modes, statistical_remark};
 use held_body::Held;
 
 /// Settings of a modal bake.
@@ -139,8 +141,9 @@ impl From<ModalAnalysisError> for ModalBakeError {
     }
 }
 
-/// Finds the modes of a body about its centre of mass, without transfers. Shapes are rounded to file
-/// precision, so that a resumed bake gives the same result.
+/// Finds the modes of a body about its centre of mass, without transfers, and synthetic ones above the band
+/// in which they can be found. Shapes are rounded to file precision, so that a resumed bake gives the same
+/// result.
 ///
 /// # Errors
 /// [`ModalBakeError`].
@@ -176,12 +179,19 @@ pub fn find_held_modes(
         }
         found => found?,
     };
-    let ModalAnalysis { mut modes, surface, density, max_frequency, method, nodes, residual, warnings } =
+    let ModalAnalysis { mut modes, surface, density, max_frequency, method, nodes, residual, mut warnings } =
         found;
     // Round the shapes and assemble the model.
     modes.iter_mut().for_each(|mode| round_shape(&mut mode.shape));
     let (radius, medium) = (surface.radius(), options.medium);
-    let model = ModalModel { radius, medium, density, max_frequency, surface, modes };
+    let mut model =
+        ModalModel { radius, medium, density, max_frequency, statistical_above: None, surface, modes };
+    // Above the modes that were found: statistical ringing.
+    let volume =
+        geometry.mass_properties().map_err(|e| ModalAnalysisError::Mesh(StuffingError::Input(e)))?.volume;
+    if let Some(band) = add_synthetic_modes(&mut model, volume, material, options.max_frequency) {
+        warnings.push(statistical_remark(&model, &band, options));
+    }
     let evidence = ModalEvidence {
         mesh: method,
         nodes,
@@ -193,7 +203,8 @@ pub fn find_held_modes(
     Ok((model, evidence))
 }
 
-/// Computes the transfers of the modes.
+/// Computes the transfers of the modes, without those of synthetic ones
+/// ([`radiate_synthetic_modes`](crate::statistical::radiate_synthetic_modes)).
 ///
 /// # Errors
 /// [`ModalBakeError`]; the model is then unchanged.
@@ -207,15 +218,15 @@ pub fn radiate(
     if model.modes.is_empty() {
         return Ok(());
     }
-    let count = model.modes.len() as f64;
+    let known = model.known_modes();
+    let count = known.len() as f64;
     let mut on_progress =
         |done: f64| progress(&BakeProgress { done: (done / count).min(1.0), stage: "radiating modes" });
     if on_progress(0.0).is_break() {
         return Err(ModalBakeError::Interrupted);
     }
     let (solver, method) = solver(geometry, model, options)?;
-    let motions: Vec<ModalMotion<'_>> = model
-        .modes
+    let motions: Vec<ModalMotion<'_>> = known
         .iter()
         .map(|m| ModalMotion { wavenumber: wavenumber(m.frequency, options), shape: &m.shape })
         .collect();
@@ -247,9 +258,11 @@ fn solver(
             &quarters
         }
     };
-    let highest = model.modes.last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
+    let highest = model.known_modes().last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
     let solver = match options.effort {
-        Effort::Exact => SurfaceModes::try_new(triangles, highest, model.modes.len(), options.accuracy)?,
+        Effort::Exact => {
+            SurfaceModes::try_new(triangles, highest, model.known_modes().len(), options.accuracy)?
+        }
         Effort::Draft => SurfaceModes::draft(triangles)?,
     };
     let method = solver.method();
@@ -273,6 +286,7 @@ fn silent(
         medium: options.medium,
         density: material.density,
         max_frequency: options.max_frequency,
+        statistical_above: None,
         surface: ModalSurface::default(),
         modes: Vec::new(),
     };

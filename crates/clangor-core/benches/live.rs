@@ -73,6 +73,7 @@ fn source(random: &mut SplitMix) -> Arc<ModalSource> {
         medium: Medium::AIR,
         density: 2700.0,
         max_frequency: 20_000.0,
+        statistical_above: None,
         modes: modes.collect(),
         surface: ModalSurface { nodes, triangles: vec![[0, 1, 2, 3, 4, 5]] },
     };

@@ -119,6 +119,7 @@ fn voice() -> f64 {
         medium: Medium::AIR,
         density: 2700.0,
         max_frequency: 20_000.0,
+        statistical_above: None,
         surface: ModalSurface {
             nodes: corners.into_iter().chain(middles).collect(),
             triangles: vec![[0, 1, 2, 3, 4, 5]],

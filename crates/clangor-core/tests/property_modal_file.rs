@@ -53,6 +53,7 @@ fn part(orders: &[Option<usize>], seed: f64) -> ModalPart {
         medium: Medium::AIR,
         density: 7850.0,
         max_frequency: 20_000.0,
+        statistical_above: (seed > 3.0).then_some(1000.0 * seed),
         surface,
         modes: orders.iter().enumerate().map(mode).collect(),
     };

@@ -87,6 +87,7 @@ fn plate([from, to]: [f64; 2], turn: DQuat, lowest: f64) -> Arc<ModalSource> {
         medium: Medium::AIR,
         density: DENSITY,
         max_frequency: 20_000.0,
+        statistical_above: None,
         surface: ModalSurface { nodes: nodes.iter().map(|x| turn * *x).collect(), triangles },
         modes: modes.to_vec(),
     };

@@ -254,6 +254,7 @@ fn modes(half: DVec3, lowest: f64) -> BodyModes {
         medium: Medium::AIR,
         density: 2600.0,
         max_frequency: 20_000.0,
+        statistical_above: None,
         modes: [[2.0, 0.0], [1.0, 1.0], [0.0, 2.0], [2.0, 1.0], [3.0, 0.0]].map(mode).to_vec(),
         surface: ModalSurface { nodes, triangles },
     }))

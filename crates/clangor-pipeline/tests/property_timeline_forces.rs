@@ -137,6 +137,7 @@ fn models(bodies: &[Body]) -> Vec<SoundModel> {
         medium: Medium::AIR,
         density: bodies[1].material.density,
         max_frequency: 20_000.0,
+        statistical_above: None,
         modes: shapes.map(mode).to_vec(),
         surface: ModalSurface { nodes, triangles },
     }));

@@ -1,5 +1,5 @@
-//! The modes of a body as far up as they can be found: a band that is too wide for a body is narrowed, and
-//! the modes left out are said.
+//! The modes of a body as far up as they can be found: a band that is too wide for a body is narrowed. What
+//! is above is statistical (`statistical`).
 //!
 //! ```text
 //! limit ─► all modes below it ─► found
@@ -7,13 +7,14 @@
 //!   └── × 0.7 ◄──┘                └► a few large cells, if a lower limit makes nothing smaller
 //! ```
 //!
-//! A draft begins with the limit below which the body has about [`DRAFT_MODES`] modes
+//! The first limit is that below which the body has about [`MOST_MODES`] modes, in a draft [`DRAFT_MODES`]
 //! (`modal_analysis::modal_density`). Neither radiates beyond the highest multipole order.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 use clangor_core::material::Material;
+use clangor_core::sound_model::modal::model::ModalModel;
 
 use super::held_body::Held;
 use super::{Effort, ModalBakeOptions};
@@ -22,12 +23,15 @@ use crate::fem::ElasticConstants;
 use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::ModalError;
-use crate::modal_analysis::modal_density::{frequency_of_mode, modes_below};
+use crate::modal_analysis::modal_density::frequency_of_mode;
 use crate::modal_analysis::{ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress};
+use crate::statistical::{SPREAD_DB, StatisticalBand};
 
 /// Modes of a draft, by their average density, and nodes of its meshes.
 const DRAFT_MODES: f64 = 100.0;
 const DRAFT_NODES: usize = 4000;
+/// Most modes that are found one by one, by their average density: what lies above is statistical.
+const MOST_MODES: f64 = 500.0;
 /// Factor on the limit after a failure, and the lowest limit \[Hz\].
 const NARROWER: f64 = 0.7;
 const LOWEST: f64 = 100.0;
@@ -50,11 +54,13 @@ pub(super) fn audible_modes(
     let area = geometry.area();
     let radiating =
         (MOST_ORDER as f64 - ORDERS_ABOVE) * options.medium.sound_speed / (TAU * geometry.bounding_radius());
-    let mut limit = options.max_frequency.min(radiating);
     let mut effort = options.effort;
-    if effort == Effort::Draft {
-        limit = frequency_of_mode(DRAFT_MODES, volume, area, limit, material);
-    }
+    let most = match effort {
+        Effort::Exact => MOST_MODES,
+        Effort::Draft => DRAFT_MODES,
+    };
+    let highest = options.max_frequency.min(radiating);
+    let mut limit = frequency_of_mode(most, volume, area, highest, material);
     let mut needed = None;
     loop {
         let settings = ModalAnalysisOptions {
@@ -66,14 +72,7 @@ pub(super) fn audible_modes(
             },
         };
         match held.modes(geometry, (constants, effort), &settings, progress) {
-            Ok(mut found) => {
-                if limit < options.max_frequency {
-                    found.warnings.push(left_out(found.modes.len(), limit, options, |frequency| {
-                        modes_below(volume, area, frequency, material).0
-                    }));
-                }
-                return Ok(found);
-            }
+            Ok(found) => return Ok(found),
             // The estimate put the limit below the lowest mode.
             Err(ModalAnalysisError::Modes(ModalError::Silent { first, .. }))
                 if limit < options.max_frequency.min(radiating)
@@ -119,19 +118,22 @@ fn size_of(error: &ModalAnalysisError) -> Option<f64> {
     }
 }
 
-/// The warning on a narrowed band.
-fn left_out(found: usize, limit: f64, options: &ModalBakeOptions, below: impl Fn(f64) -> f64) -> String {
-    let highest = options.max_frequency;
-    // The estimate, as if it had counted those that were found.
-    let more = found as f64 * (below(highest) / below(limit).max(1.0) - 1.0).max(0.0);
-    let remedy = match options.effort {
+/// The remark on a band that is statistical.
+pub(super) fn statistical_remark(
+    model: &ModalModel,
+    band: &StatisticalBand,
+    options: &ModalBakeOptions,
+) -> String {
+    let StatisticalBand { from, modes, stands_for } = *band;
+    let reason = match options.effort {
         Effort::Draft => "a draft ends there; a bake of normal quality goes on",
-        Effort::Exact => "more would not fit into memory",
+        Effort::Exact => "more modes are too many to be found",
     };
     format!(
-        "it rings with the {found} modes below {:.2} kHz; about {more:.0} up to {:.2} kHz are left out: \
-         {remedy}",
-        limit * 1e-3,
-        highest * 1e-3
+        "it rings with its {} modes below {:.2} kHz, and statistically up to {:.2} kHz, where {modes} \
+         synthetic modes stand for about {stands_for:.0}, third octaves within about {SPREAD_DB:.0} dB: {reason}",
+        model.known_modes().len(),
+        from * 1e-3,
+        model.max_frequency * 1e-3
     )
 }

@@ -33,21 +33,40 @@ pub enum ModalDensity {
 pub fn modes_below(volume: f64, area: f64, frequency: f64, material: &Material) -> (f64, ModalDensity) {
     let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
     let wall = 2.0 * volume / area;
-    let plane_strain = youngs_modulus / (1.0 - poisson_ratio * poisson_ratio);
-    let shear_speed = (0.5 * youngs_modulus / (density * (1.0 + poisson_ratio))).sqrt();
-    if frequency < 0.5 * shear_speed / wall {
+    if frequency < 0.5 * shear_speed(material) / wall {
+        let plane_strain = youngs_modulus / (1.0 - poisson_ratio * poisson_ratio);
         let bending = (plane_strain * wall * wall / (12.0 * density)).sqrt();
-        let in_plane = density / plane_strain + shear_speed.powi(-2);
-        let side = 0.5 * area;
-        let count = 0.5 * side * frequency / bending + PI * side * frequency * frequency * in_plane;
+        let count =
+            0.25 * area * frequency / bending + in_plane_modes_below(volume, area, frequency, material);
         return (count, ModalDensity::Plate);
     }
+    (solid_modes_below(volume, area, frequency, material), ModalDensity::Solid)
+}
+
+/// c_T [m/s].
+fn shear_speed(material: &Material) -> f64 {
+    let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
+    (0.5 * youngs_modulus / (density * (1.0 + poisson_ratio))).sqrt()
+}
+
+/// The modes of shear and compression in the plane of a plate of this volume \[m³\] and surface \[m²\] below
+/// a frequency \[Hz\].
+pub(crate) fn in_plane_modes_below(_: f64, area: f64, frequency: f64, material: &Material) -> f64 {
+    let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
+    let plane_strain = youngs_modulus / (1.0 - poisson_ratio * poisson_ratio);
+    let in_plane = density / plane_strain + shear_speed(material).powi(-2);
+    PI * 0.5 * area * frequency * frequency * in_plane
+}
+
+/// The modes of a solid of this volume \[m³\] and surface \[m²\] below a frequency \[Hz\].
+pub(crate) fn solid_modes_below(volume: f64, area: f64, frequency: f64, material: &Material) -> f64 {
+    let poisson_ratio = material.poisson_ratio;
     // q; 0 for an incompressible material.
     let q = (1.0 - 2.0 * poisson_ratio).max(0.0) / (2.0 - 2.0 * poisson_ratio);
-    let wavenumber = frequency / shear_speed;
+    let wavenumber = frequency / shear_speed(material);
     let inside = 4.0 / 3.0 * PI * volume * wavenumber.powi(3) * (q.powf(1.5) + 2.0);
     let surface = 0.25 * PI * area * wavenumber.powi(2) * (3.0 - 3.0 * q + 2.0 * q * q) / (1.0 - q);
-    (inside + surface, ModalDensity::Solid)
+    inside + surface
 }
 
 /// The frequency \[Hz\], at most `highest`, below which a body of this volume \[m³\] and surface \[m²\] has

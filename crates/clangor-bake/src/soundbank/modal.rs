@@ -201,6 +201,7 @@ pub fn modal_model(
         medium: material.medium,
         density: material.density,
         max_frequency,
+        statistical_above: None,
         surface: surface.surface,
         modes: sampled,
     };

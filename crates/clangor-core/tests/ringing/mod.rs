@@ -35,6 +35,7 @@ pub(crate) fn source(modes: Vec<ModalMode>, damping: &Damping, settings: &ModalS
         medium: Medium::AIR,
         density: 2700.0,
         max_frequency: 20_000.0,
+        statistical_above: None,
         surface: ModalSurface { nodes, triangles: vec![[0, 1, 2, 3, 4, 5]] },
         modes,
     };

@@ -185,7 +185,7 @@ impl Compare {
             .map_err(|source| CompareError::Tones { path: path.into(), source })?;
         let (model, youngs_modulus, mut warnings) = self.modes(on_progress)?;
         let within: Vec<&ModalMode> =
-            model.modes.iter().filter(|mode| mode.frequency <= self.max_frequency).collect();
+            model.known_modes().iter().filter(|mode| mode.frequency <= self.max_frequency).collect();
         if within.is_empty() {
             let (name, max_frequency) = (self.model.clone(), self.max_frequency);
             return Err(CompareError::NoModes { name, max_frequency }.into());

@@ -83,7 +83,8 @@ pub fn find_impact_modes(
             Ok((model, _)) if model.modes.is_empty() => stiff.extend(bodies),
             Ok((model, cached)) => {
                 found.obtained.push((bodies[0], cached, started.elapsed()));
-                let shapes = Arc::new(ModalShapes::new(request.key(), model));
+                // What is above the known modes is the tail of the solver.
+                let shapes = Arc::new(ModalShapes::new(request.key(), model.without_synthetic_modes()));
                 for id in bodies {
                     found.insert(*id, &shapes, &loaded.world.bodies[id.index()].material.damping);
                 }

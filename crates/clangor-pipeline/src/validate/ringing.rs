@@ -293,6 +293,7 @@ fn decay(table: &mut Validation) -> Outcome {
                 medium: Medium::AIR,
                 density: STEEL.material().density,
                 max_frequency: 20_000.0,
+                statistical_above: None,
                 surface: ModalSurface {
                     nodes: corners.into_iter().chain(middles).collect(),
                     triangles: vec![[0, 1, 2, 3, 4, 5]],

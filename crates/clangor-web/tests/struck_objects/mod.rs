@@ -54,6 +54,7 @@ fn file(solid: Solid, material: &str, motion: f64) -> Vec<u8> {
         medium: Medium::AIR,
         density: elastic.density,
         max_frequency: 20_000.0,
+        statistical_above: None,
         modes: FREQUENCIES.map(mode).to_vec(),
         surface: ModalSurface { nodes, triangles: vec![[0, 1, 2, 3, 4, 5]] },
     };

@@ -98,6 +98,8 @@ pub(super) struct ModalDescription {
     sound_speed_m_s: f64,
     density_kg_m3: f64,
     max_frequency_hz: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    statistical_above_hz: Option<f64>,
     origin: ModalOrigin,
 }
 
@@ -150,7 +152,8 @@ impl ModalPart {
 
     /// Adds the arrays to a file, and returns the description of the rest.
     pub(super) fn put(&self, file: &mut TensorWriter) -> ModalDescription {
-        let ModalModel { radius, medium, density, max_frequency, surface, modes } = &self.model;
+        let ModalModel { radius, medium, density, max_frequency, statistical_above, surface, modes } =
+            &self.model;
         let nodes = surface.nodes.len();
         file.add("modal.nodes", &[nodes, 3], surface.nodes.iter().flat_map(|x| x.to_array()));
         file.add(
@@ -179,6 +182,7 @@ impl ModalPart {
             sound_speed_m_s: medium.sound_speed,
             density_kg_m3: *density,
             max_frequency_hz: *max_frequency,
+            statistical_above_hz: *statistical_above,
             origin: self.origin.clone(),
         }
     }
@@ -224,6 +228,7 @@ impl ModalPart {
             medium: Medium { density: modal.medium_density_kg_m3, sound_speed: modal.sound_speed_m_s },
             density: modal.density_kg_m3,
             max_frequency: modal.max_frequency_hz,
+            statistical_above: modal.statistical_above_hz,
             surface,
             modes,
         };
@@ -232,7 +237,8 @@ impl ModalPart {
 
     /// Rejects a model that could not be played.
     pub(super) fn check(&self) -> Result<(), TensorFileError> {
-        let ModalModel { radius, medium, density, max_frequency, surface, modes } = &self.model;
+        let ModalModel { radius, medium, density, max_frequency, statistical_above, surface, modes } =
+            &self.model;
         if !RADII.contains(radius) {
             return Err(TensorFileError::value(
                 "the bounding radius",
@@ -243,6 +249,9 @@ impl ModalPart {
         positive("the speed of sound", medium.sound_speed)?;
         positive("the density of the body", *density)?;
         positive("the highest frequency", *max_frequency)?;
+        if let Some(from) = *statistical_above {
+            positive("the frequency above which modes are statistical", from)?;
+        }
         positive("Young's modulus", self.origin.youngs_modulus)?;
         if !(self.origin.poisson_ratio > -1.0 && self.origin.poisson_ratio < 0.5) {
             return Err(TensorFileError::value(

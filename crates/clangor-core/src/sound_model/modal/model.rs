@@ -38,12 +38,33 @@ pub struct ModalModel {
     pub medium: Medium,
     /// Density of the body [kg/m³], by which shapes are normalised.
     pub density: f64,
-    /// All modes below this frequency \[Hz\] are present.
+    /// All modes below this frequency \[Hz\] are present, or those that stand for them.
     pub max_frequency: f64,
+    /// Frequency \[Hz\] above which modes are synthetic: their levels are those of the body in the mean, and
+    /// their frequencies and shapes are random. `None` if all are modes of the body.
+    pub statistical_above: Option<f64>,
     /// Surface on which shapes are given.
     pub surface: ModalSurface,
     /// The modes, by frequency.
     pub modes: Vec<ModalMode>,
+}
+
+impl ModalModel {
+    /// The modes that are those of the body, without synthetic ones.
+    pub fn known_modes(&self) -> &[ModalMode] {
+        let end = self
+            .statistical_above
+            .map_or(self.modes.len(), |from| self.modes.partition_point(|mode| mode.frequency < from));
+        &self.modes[..end]
+    }
+
+    /// The model without synthetic modes.
+    #[must_use]
+    pub fn without_synthetic_modes(mut self) -> Self {
+        self.modes.truncate(self.known_modes().len());
+        self.max_frequency = self.statistical_above.take().unwrap_or(self.max_frequency);
+        self
+    }
 }
 
 /// A mode and its transfer.

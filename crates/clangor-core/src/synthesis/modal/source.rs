@@ -152,6 +152,14 @@ impl ModalSource {
         &self.resonances
     }
 
+    /// Number of modes that are those of the body; synthetic ones come after them.
+    pub(super) fn known_modes(&self) -> usize {
+        match &self.shapes {
+            Shapes::Own { model, .. } => model.known_modes().len(),
+            Shapes::Proxy { .. } => self.resonances.len(),
+        }
+    }
+
     /// Transfer from modes to pressure.
     pub fn pressure(&self) -> ModalPressure {
         self.pressure

@@ -295,6 +295,7 @@ fn ringing_file(id: BodyId, body: &Body, modes: &Modes<'_>, places: &[DVec3]) ->
         medium: modes.medium(),
         density: material.density,
         max_frequency: modes.max_frequency(),
+        statistical_above: None,
         surface,
         modes: list,
     };

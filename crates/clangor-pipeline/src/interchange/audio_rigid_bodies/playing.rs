@@ -213,6 +213,7 @@ impl Ringing {
             medium: Medium::AIR,
             density,
             max_frequency: self.max_frequency.unwrap_or(highest),
+            statistical_above: None,
             surface,
             modes: self.modes.iter().map(mode).collect(),
         }

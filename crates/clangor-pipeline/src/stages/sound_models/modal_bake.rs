@@ -6,6 +6,7 @@ use clangor_bake::acceleration::BakeProgress;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::held_body::Held;
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_held_modes, radiate};
+use clangor_bake::statistical::radiate_synthetic_modes;
 use clangor_core::body::support::Support;
 use clangor_core::body::{Body, Motion};
 use clangor_core::material::Material;
@@ -118,7 +119,7 @@ fn bake_modes(
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<ModalFile, ModalBakeError> {
-    let SoundModelRequest { geometry, part: ModalBake { options, .. }, key, .. } = request;
+    let SoundModelRequest { geometry, part: ModalBake { material, options, .. }, key, .. } = request;
     let kept = cache.and_then(|cache| cache.read_modes(key));
     let (mut model, mut evidence) = match kept {
         Some(ModalFile { modal, .. }) => (modal.model, evidence_of(modal.origin)),
@@ -131,6 +132,7 @@ fn bake_modes(
     let mut on_progress =
         |p: &BakeProgress| progress(&BakeProgress { done: MODES + (1.0 - MODES) * p.done, ..*p });
     radiate(geometry, &mut model, &mut evidence, options, &mut on_progress)?;
+    radiate_synthetic_modes(&mut model, request.solid.mass.volume, material);
     Ok(request.file(model, evidence))
 }
 

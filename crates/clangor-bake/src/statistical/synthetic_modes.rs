@@ -107,18 +107,26 @@ pub(super) fn synthetic_modes(
     let synthetic = |f: f64| natural(f).min(most / (THIRD_OCTAVE * f));
     let frequencies = frequencies([from, highest], synthetic, random);
     let stands_for = integral([from, highest], natural).last().map_or(0.0, |row| row[1]);
-    let shapes =
-        model.modes[anchor.modes.clone()].iter().map(|mode| mode.shape.as_slice()).collect::<Vec<_>>();
+    let anchors = &model.modes[anchor.modes.clone()];
     let mut modes = Vec::with_capacity(frequencies.len());
-    for block in frequencies.chunks(shapes.len()) {
-        for (frequency, row) in block.iter().zip(orthogonal(shapes.len(), random)) {
+    for block in frequencies.chunks(anchors.len()) {
+        for (frequency, row) in block.iter().zip(orthogonal(anchors.len(), random)) {
             let mobility = table.at(*frequency)[0] / mobility_below;
             let scale = (mobility * density_below / synthetic(*frequency)).sqrt();
             let mut shape = vec![DVec3::ZERO; model.surface.nodes.len()];
-            for (share, known) in row.iter().zip(&shapes) {
-                shape.iter_mut().zip(*known).for_each(|(u, v)| *u += scale * share * *v);
+            // Dampers of supports take from a mode as its square at them, in the mean.
+            let mut support_damping = 0.0;
+            for (share, known) in row.iter().zip(anchors) {
+                shape.iter_mut().zip(&known.shape).for_each(|(u, v)| *u += scale * share * *v);
+                support_damping += (scale * share).powi(2) * known.support_damping;
             }
-            modes.push(ModalMode { frequency: *frequency, mesh_error: f64::NAN, shape, transfer: None });
+            modes.push(ModalMode {
+                frequency: *frequency,
+                mesh_error: f64::NAN,
+                support_damping,
+                shape,
+                transfer: None,
+            });
         }
     }
     (modes, stands_for)

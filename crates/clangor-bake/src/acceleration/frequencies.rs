@@ -28,12 +28,14 @@ const DIRECTIONS: usize = 24;
 const LOWEST: f64 = 0.02;
 
 /// Settings of the search for frequencies.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Band {
     /// Highest κ = kR.
     pub(super) highest: f64,
     /// Spacing of the first samples in κ.
     pub(super) spacing: f64,
+    /// κ above the highest that are sampled too, ascending.
+    pub(super) above: Vec<f64>,
     /// Order of the multipoles.
     pub(super) order: usize,
     /// Error of the fit that is accepted.
@@ -70,6 +72,7 @@ pub(super) fn solve_band(
     // At a distance, low frequencies consist of the first two orders only. One more sample keeps them
     // accurate.
     pending.insert(1, (0.3 * pending[1]).max(2.0 * pending[0]));
+    pending.extend(&band.above);
     let mut samples: Vec<RadiationSample> = Vec::new();
     let mut functions: Vec<FunctionSample> = Vec::new();
     let mut last: Option<RationalFit> = None;

@@ -15,10 +15,12 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
 
+use super::draft::prepare_draft;
 use super::{BakeError, BakeOptions, BakeProgress, Method, multipole_order};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::{Equation, MOST_UNKNOWNS, TriangleSolver};
+use crate::effort::Effort;
 use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::{BoundaryChoice, rounded_box_hull};
@@ -47,6 +49,12 @@ pub(super) struct Prepared {
     pub(super) unknowns: usize,
     /// Warnings for the user.
     pub(super) warnings: Vec<String>,
+    /// Highest wavenumber [1/m] that it solves; that asked for but in drafts.
+    pub(super) highest: f64,
+    /// Wavenumbers [1/m] above it that it knows.
+    pub(super) above: Vec<f64>,
+    /// Most solves; as many as the band may need without.
+    pub(super) most_solves: Option<usize>,
 }
 
 /// Picks and prepares a solver.
@@ -55,6 +63,9 @@ pub(super) fn prepare(
     options: &BakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<Prepared, BakeError> {
+    if options.effort == Effort::Draft {
+        return prepare_draft(geometry, options);
+    }
     let BakeOptions { max_wavenumber, accuracy, .. } = *options;
     // The share of the error left to the discretisation.
     let fine = 0.3 * accuracy;
@@ -66,11 +77,11 @@ pub(super) fn prepare(
     match geometry.boundary_choice() {
         BoundaryChoice::Ellipsoid(semi_axes) => {
             let solver = SymmetricPatchSolver::ellipsoid(semi_axes, max_wavenumber, fine)?;
-            Ok(symmetric_patches(solver))
+            Ok(symmetric_patches(solver, max_wavenumber))
         }
         BoundaryChoice::RoundedBox(edges, round) => {
             let solver = SymmetricPatchSolver::rounded_box(edges, round, max_wavenumber, fine)?;
-            Ok(symmetric_patches(solver))
+            Ok(symmetric_patches(solver, max_wavenumber))
         }
         BoundaryChoice::Meridian(Axisymmetry { meridian, axis }) => {
             let settings = AxisymmetricOptions::new(max_wavenumber);
@@ -85,6 +96,9 @@ pub(super) fn prepare(
                 method: "boundary elements on the meridian",
                 unknowns,
                 warnings: Vec::new(),
+                highest: max_wavenumber,
+                above: Vec::new(),
+                most_solves: None,
             })
         }
         BoundaryChoice::Triangles(mesh) => triangles(geometry, mesh, options, progress),
@@ -94,7 +108,7 @@ pub(super) fn prepare(
 /// Edges of the surface-pressure mesh per shortest wavelength.
 const NEAR_FIELD_EDGES: f64 = 5.0;
 
-fn symmetric_patches(solver: SymmetricPatchSolver) -> Prepared {
+fn symmetric_patches(solver: SymmetricPatchSolver, highest: f64) -> Prepared {
     let unknowns = solver.unknowns();
     Prepared {
         solver: Box::new(solver),
@@ -102,6 +116,9 @@ fn symmetric_patches(solver: SymmetricPatchSolver) -> Prepared {
         method: "boundary elements on one octant",
         unknowns,
         warnings: Vec::new(),
+        highest,
+        above: Vec::new(),
+        most_solves: None,
     }
 }
 
@@ -148,6 +165,9 @@ fn triangles(
         method: "boundary elements on triangles",
         unknowns,
         warnings: thin_walls(&fineness, &used),
+        highest: options.max_wavenumber,
+        above: Vec::new(),
+        most_solves: None,
     })
 }
 
@@ -174,7 +194,7 @@ fn thin_walls(fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
 }
 
 /// An exact shape as triangles, for the time-domain solver.
-fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, BakeError> {
+pub(super) fn surface_of(exact: &BakeGeometry, options: &BakeOptions) -> Result<TriMesh, BakeError> {
     Ok(match exact.boundary_choice() {
         BoundaryChoice::Ellipsoid(semi_axes) => {
             let form = Form::Ellipsoid { semi_axes };
@@ -226,6 +246,9 @@ fn time_stepping(
         },
         unknowns,
         warnings: Vec::new(),
+        highest: options.max_wavenumber,
+        above: Vec::new(),
+        most_solves: None,
     })
 }
 

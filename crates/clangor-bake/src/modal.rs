@@ -20,6 +20,8 @@ use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 
 use crate::acceleration::{BakeError, BakeProgress};
+use crate::bem::axisymmetric::AxisymmetricOptions;
+pub use crate::effort::Effort;
 use crate::fem::{ElasticConstants, ElasticError};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
@@ -51,17 +53,6 @@ pub struct ModalBakeOptions {
     pub effort: Effort,
 }
 
-/// How much work a bake may be.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Effort {
-    /// As much as the accuracy needs.
-    #[default]
-    Exact,
-    /// A few seconds for any body: about a hundred modes on a coarse mesh, and their sound by a few hundred
-    /// unknowns. Its errors are said, not kept.
-    Draft,
-}
-
 impl ModalBakeOptions {
     /// Up to 20 kHz, within 1 %.
     pub fn new(medium: Medium) -> Self {
@@ -74,7 +65,25 @@ impl ModalBakeOptions {
             effort: Effort::Exact,
         }
     }
+
+    /// The draft of the same band: without the wish for an accuracy.
+    #[must_use]
+    pub fn draft(self) -> Self {
+        let Self { medium, max_frequency, .. } = self;
+        ModalBakeOptions {
+            max_frequency,
+            mesh_error: DRAFT_MESH_ERROR,
+            accuracy: DRAFT_TRANSFER_ERROR,
+            effort: Effort::Draft,
+            ..Self::new(medium)
+        }
+    }
 }
+
+/// Relative error of the lowest frequency by the mesh that drafts aim at.
+const DRAFT_MESH_ERROR: f64 = 0.03;
+/// Level error of a transfer that drafts aim at.
+const DRAFT_TRANSFER_ERROR: f64 = 0.05;
 
 /// Quality of a model, and the evidence for it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -238,6 +247,9 @@ pub fn radiate(
     Ok(())
 }
 
+/// Nodes on the shortest wave of a draft on the meridian.
+const DRAFT_NODES_PER_WAVE: f64 = 4.0;
+
 /// The radiation solver for a geometry.
 fn solver(
     geometry: &BakeGeometry,
@@ -245,10 +257,16 @@ fn solver(
     options: &ModalBakeOptions,
 ) -> Result<(Box<dyn ModalSolver>, &'static str), ModalBakeError> {
     if let Some(Axisymmetry { meridian, axis }) = geometry.axisymmetry() {
-        return Ok((
-            Box::new(AxisymmetricModalSolver::new(&meridian, axis)),
-            "boundary elements on the meridian",
-        ));
+        let solver = AxisymmetricModalSolver::new(&meridian, axis);
+        let solver = match options.effort {
+            Effort::Exact => solver,
+            Effort::Draft => solver.with_options(AxisymmetricOptions {
+                nodes_per_wavelength: DRAFT_NODES_PER_WAVE,
+                edge_levels: 2,
+                ..AxisymmetricOptions::new(0.0)
+            }),
+        };
+        return Ok((Box::new(solver), "boundary elements on the meridian"));
     }
     let quarters;
     let triangles = match geometry.boundary_choice() {
@@ -261,7 +279,15 @@ fn solver(
     let highest = model.known_modes().last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
     let solver = match options.effort {
         Effort::Exact => {
-            SurfaceModes::try_new(triangles, highest, model.known_modes().len(), options.accuracy)?
+            let count = model.known_modes().len();
+            match SurfaceModes::try_new(triangles, highest, count, options.accuracy) {
+                Ok(exact) => exact,
+                // A body too large or too thin for the accuracy rings by a draft of its sound.
+                Err(_) => {
+                    let method = "boundary elements on few triangles, as a draft";
+                    return Ok((Box::new(SurfaceModes::draft(triangles)?), method));
+                }
+            }
         }
         Effort::Draft => SurfaceModes::draft(triangles)?,
     };

@@ -31,12 +31,14 @@ const DIRECTIONS: usize = 24;
 const LOWEST: f64 = 0.02;
 
 /// Settings of the search for frequencies.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Band {
     /// Highest κ = kR.
     pub(super) highest: f64,
     /// Spacing of the first samples in κ.
     pub(super) spacing: f64,
+    /// κ above the highest that are sampled too, ascending.
+    pub(super) above: Vec<f64>,
     /// Order of the multipoles.
     pub(super) order: usize,
     /// Error of the fit that is accepted.
@@ -122,7 +124,7 @@ pub(super) fn solve_band(
     }
 }
 
-/// Initial κ: uniform, and two near zero.
+/// Initial κ: uniform, two near zero, and those above the highest.
 fn first_frequencies(band: &Band) -> Vec<f64> {
     let steps = (band.highest / band.spacing).ceil().max(3.0) as usize;
     let mut kappas: Vec<f64> = (0..=steps).map(|k| band.highest * k as f64 / steps as f64).collect();
@@ -130,6 +132,7 @@ fn first_frequencies(band: &Band) -> Vec<f64> {
     // At a distance, low frequencies consist of the first two orders only. One more sample keeps them
     // accurate.
     kappas.insert(1, (0.3 * kappas[1]).max(2.0 * kappas[0]));
+    kappas.extend(&band.above);
     kappas
 }
 

@@ -319,7 +319,10 @@ fn exact(choice: &BoundaryChoice<'_>, accuracy: f64, k: f64, kappa: f64) -> Opti
 }
 
 /// An exact shape as triangles.
-fn surface_of<'a>(choice: &BoundaryChoice<'a>, options: &BakeOptions) -> Result<Cow<'a, TriMesh>, BakeError> {
+pub(super) fn surface_of<'a>(
+    choice: &BoundaryChoice<'a>,
+    options: &BakeOptions,
+) -> Result<Cow<'a, TriMesh>, BakeError> {
     Ok(match choice {
         BoundaryChoice::Ellipsoid(semi_axes) => {
             let form = Form::Ellipsoid { semi_axes: *semi_axes };

@@ -9,11 +9,13 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
+use super::draft::prepare_draft;
 use super::plan::{Candidate, FieldPlan, SOLID_SPACING, fine, large_cells, longest, mirrors};
 use super::{BakeError, BakeOptions, BakeProgress, multipole_order};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::{Equation, TriangleSolver};
+use crate::effort::Effort;
 use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
@@ -38,6 +40,10 @@ pub(super) struct Prepared {
     pub(super) unknowns: usize,
     /// Warnings for the user.
     pub(super) warnings: Vec<String>,
+    /// Wavenumbers [1/m] above it that it knows.
+    pub(super) above: Vec<f64>,
+    /// Most solves; as many as the band may need without.
+    pub(super) most_solves: Option<usize>,
 }
 
 /// Picks and prepares a solver: the first of the [plan](FieldPlan) that does not fail.
@@ -46,6 +52,9 @@ pub(super) fn prepare(
     options: &BakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<Prepared, BakeError> {
+    if options.effort == Effort::Draft {
+        return prepare_draft(geometry, options);
+    }
     let plan = FieldPlan::new(geometry, options)?;
     let options = BakeOptions { max_wavenumber: plan.max_wavenumber, ..*options };
     let mut failure = None;
@@ -104,6 +113,8 @@ fn symmetric_patches(solver: SymmetricPatchSolver, highest: f64) -> Prepared {
         method: "boundary elements on one octant",
         unknowns,
         warnings: Vec::new(),
+        above: Vec::new(),
+        most_solves: None,
     }
 }
 
@@ -122,6 +133,8 @@ fn meridian(Axisymmetry { meridian, axis }: &Axisymmetry<'_>, options: &BakeOpti
         method: "boundary elements on the meridian",
         unknowns,
         warnings: Vec::new(),
+        above: Vec::new(),
+        most_solves: None,
     }
 }
 
@@ -158,6 +171,8 @@ fn triangles(
         method: "boundary elements on triangles",
         unknowns,
         warnings: thin_walls(fineness, &used),
+        above: Vec::new(),
+        most_solves: None,
     })
 }
 
@@ -215,6 +230,8 @@ fn time_stepping(
         },
         unknowns,
         warnings: large_cells(cell, wall).into_iter().collect(),
+        above: Vec::new(),
+        most_solves: None,
     })
 }
 

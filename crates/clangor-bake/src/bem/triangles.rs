@@ -42,6 +42,7 @@ use glam::{BVec3, DMat3, DVec3};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
+use crate::effort::Effort;
 use crate::mesh::remesh::SymmetricMesh;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
@@ -91,6 +92,7 @@ pub struct TriangleSolver {
     mesh: TriMesh,
     radius: f64,
     equation: Equation,
+    effort: Effort,
     /// Triangles of the cell.
     panels: Panels,
     /// Signs of the images of the cell, the cell itself first.
@@ -127,6 +129,24 @@ impl TriangleSolver {
         highest: f64,
         equation: Equation,
     ) -> Result<Self, RadiationError> {
+        Self::with_effort(symmetric, highest, (equation, Effort::Exact))
+    }
+
+    /// Prepares a surface like [`try_new`](Self::try_new), with close pairs of triangles integrated to a per
+    /// cent.
+    ///
+    /// # Errors
+    /// [`RadiationError::TooLarge`].
+    pub fn try_draft(mesh: &TriMesh, highest: f64) -> Result<Self, RadiationError> {
+        let whole = SymmetricMesh { cell: mesh.clone(), mirrors: BVec3::FALSE, frame: DMat3::IDENTITY };
+        Self::with_effort(&whole, highest, (Equation::BurtonMiller, Effort::Draft))
+    }
+
+    fn with_effort(
+        symmetric: &SymmetricMesh,
+        highest: f64,
+        (equation, effort): (Equation, Effort),
+    ) -> Result<Self, RadiationError> {
         let cell = &symmetric.cell;
         let images = symmetric.images();
         let radius = cell.bounding_radius(DVec3::ZERO);
@@ -157,11 +177,11 @@ impl TriangleSolver {
         let origin = from.iter().map(|v| (renumbered[v.original as usize], v.signs)).collect();
         // Wavenumber-independent geometry of near and far pairs.
         let panels = Panels::new(vertices, triangles);
-        let near = NearSystem::new(&panels, &images, highest * radius);
+        let near = NearSystem::new(&panels, &images, highest * radius, effort);
         let far = FarSystem::new(&panels, &images, near.images.iter().map(|image| &image.pairs[..]));
         let frame = symmetric.frame;
         let harmonics = OnceLock::new();
-        Ok(Self { mesh, radius, equation, panels, images, frame, classes, origin, near, far, harmonics })
+        Ok(Self { mesh, radius, equation, effort, panels, images, frame, classes, origin, near, far, harmonics })
     }
 
     /// Unknowns of the largest system of a solve.
@@ -258,7 +278,7 @@ impl TriangleSolver {
         if self.near.covers(k) {
             Cow::Borrowed(&self.near)
         } else {
-            Cow::Owned(NearSystem::new(&self.panels, &self.images, k))
+            Cow::Owned(NearSystem::new(&self.panels, &self.images, k, self.effort))
         }
     }
 

@@ -35,9 +35,11 @@ use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::has_cavities;
 use crate::bem::triangles::{Equation, MOST_ORDER, TriangleSolver};
+use crate::effort::Effort;
 use crate::geometry_class::mirror_symmetry::mirror_planes_in_mean;
+use crate::mesh::draft_surface::draft_surface;
 use crate::mesh::remesh::resolution::resolution;
-use crate::mesh::remesh::{RemeshError, RemeshOptions, SymmetricMesh, remesh, remesh_symmetric};
+use crate::mesh::remesh::{RemeshError, SymmetricMesh, remesh, remesh_symmetric};
 use crate::modal_radiation::normal_velocity_projection::NormalVelocityProjection;
 use crate::radiation::RadiationError;
 
@@ -66,13 +68,12 @@ pub struct BemModalSolver {
     spacing: f64,
     /// Unit of length of the bands \[m\].
     unit: f64,
+    effort: Effort,
 }
 
-/// Unknowns of a draft, mirror images included, and spacing in κ of its ladder: 4 % between the rungs.
-const DRAFT_UNKNOWNS: f64 = 700.0;
-const DRAFT_SPACING: f64 = 1.4;
-/// Distance of mirror images in bounding radii up to which a draft is symmetric.
-const DRAFT_SYMMETRY: f64 = 1e-3;
+/// Unknowns of a draft, and spacing in κ of its ladder.
+const DRAFT_UNKNOWNS: f64 = 400.0;
+const DRAFT_SPACING: f64 = 1.6;
 
 /// A mesh and its band.
 #[derive(Clone, Debug)]
@@ -126,31 +127,25 @@ impl BemModalSolver {
             };
             bands.push((Band { mesh, highest }, fineness.unknowns));
         }
-        Ok(BemModalSolver { bands: bands.into_iter().map(|(band, _)| band).collect(), spacing, unit })
+        let bands = bands.into_iter().map(|(band, _)| band).collect();
+        Ok(BemModalSolver { bands, spacing, unit, effort: Effort::Exact })
     }
 
     /// A draft for a body whose centre of mass is at the origin: one mesh of about [`DRAFT_UNKNOWNS`] for all
     /// modes, and no more systems for cavities. Above two edges per wavelength it says little.
     ///
     /// # Errors
-    /// As [`try_new`](Self::try_new).
+    /// [`RemeshError::Input`] for a surface that bounds no solid.
     pub fn draft(surface: &TriMesh) -> Result<Self, RemeshError> {
         let unit = surface.bounding_radius(DVec3::ZERO);
         let vertices = surface.vertices.iter().map(|x| *x / unit).collect();
-        let surface = &TriMesh { vertices, triangles: surface.triangles.clone() };
-        // Equilateral triangles, two for each vertex.
-        let edge = (2.0 / 3.0_f64.sqrt() * surface.area() / DRAFT_UNKNOWNS).sqrt();
-        let options = RemeshOptions { min_edge: edge, max_edge: edge };
-        let mass = MassProperties::of(surface).map_err(RemeshError::Input)?;
-        let planes = centred_mirrors(surface, &mass, [DRAFT_SYMMETRY, 0.0], 1.0);
-        let mesh = match remesh_symmetric(surface, &planes, &options) {
-            Ok((mesh, _)) if !planes.is_empty() => mesh,
-            _ => whole(remesh(surface, &options)?.0),
-        };
+        let surface = TriMesh { vertices, triangles: surface.triangles.clone() };
+        let mesh = whole(draft_surface(&surface, DRAFT_UNKNOWNS).map_err(RemeshError::Input)?);
         Ok(BemModalSolver {
             bands: vec![Band { mesh, highest: f64::INFINITY }],
             spacing: DRAFT_SPACING,
             unit,
+            effort: Effort::Draft,
         })
     }
 
@@ -160,6 +155,7 @@ impl BemModalSolver {
             bands: vec![Band { mesh, highest: f64::INFINITY }],
             spacing: SOLID_SPACING,
             unit: 1.0,
+            effort: Effort::Exact,
         }
     }
 
@@ -202,7 +198,10 @@ impl ModalSolver for BemModalSolver {
             let wavenumbers: Vec<f64> = own.iter().map(|i| wavenumber(*i)).collect();
             let rungs = rungs(&wavenumbers, self.spacing / radius);
             let highest = rungs.iter().map(|rung| rung.wavenumber).fold(0.0, f64::max);
-            let solver = TriangleSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?;
+            let solver = match self.effort {
+                Effort::Exact => TriangleSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?,
+                Effort::Draft => TriangleSolver::try_draft(&band.mesh.cell, highest)?,
+            };
             let mesh = band.mesh.whole().0;
             let operator = NormalVelocityProjection::new(surface, &mesh).ok_or(RadiationError::Empty)?;
             let loads: Vec<Vec<f64>> = own.iter().map(|i| operator.of(motions[*i].shape)).collect();

@@ -14,14 +14,15 @@ use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
 use clangor_pipeline::session::named_body::preset;
+use clangor_pipeline::stages::bake_costs::{BakeCost, bake_costs};
 use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts};
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh, size_warning};
-use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
+use clangor_pipeline::stages::sound_models::{Quality, SoundFile, read_sound_file};
 use clangor_sim::choose_solver;
 use serde_json::{Value, json};
 
 use super::bake::{modal_report, model_report, pan_report};
-use super::{bank, is_timeline, load};
+use super::{bank, drafts, is_timeline, load};
 use crate::arguments::{Global, Inspect};
 use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
@@ -242,6 +243,9 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
         let described = said.contains(&(Arc::as_ptr(&body.surface).addr(), body.material.name.as_str()));
         if let Some(facts) = BodyFacts::of(&body.surface).filter(|_| !described) {
             console.say(format_args!("  {}, {}", sizes(&facts), modes(&facts, &body.material)));
+            if body.motion == Motion::Free {
+                say_costs(&bake_costs(&body.surface, Some(&body.material)), console);
+            }
             said.push((Arc::as_ptr(&body.surface).addr(), body.material.name.as_str()));
         }
     }
@@ -347,8 +351,11 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
             console.say(format_args!("in {}: {mass:.6e} kg, {}", material.name, modes(facts, material)));
         }
     }
+    let costs = bake_costs(&loaded.surface, material.as_ref());
+    say_costs(&costs, console);
     console.json(&json!({
         "body": facts.map(|facts| facts_json(&facts, material.as_ref())),
+        "bake_costs": costs.iter().map(cost_json).collect::<Vec<_>>(),
         "mass_kg": material.as_ref().map(|material| material.density * loaded.mass.volume),
         "warnings": loaded.warnings,
         "triangles": triangles,
@@ -361,6 +368,38 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
         "principal_moments_per_density_m5": moments.to_array(),
     }));
     Ok(())
+}
+
+/// One line with the estimated CPU time of the models at each quality.
+fn say_costs(costs: &[BakeCost], console: &Console) {
+    if costs.is_empty() {
+        return;
+    }
+    let part = |cost: &BakeCost| {
+        let clicks = drafts::duration(cost.clicks);
+        let ringing =
+            cost.ringing.map_or(String::new(), |seconds| format!(" + {}", drafts::duration(seconds)));
+        format!("{} {clicks}{ringing}", quality_name(cost.quality))
+    };
+    let all: Vec<String> = costs.iter().map(part).collect();
+    let parts = if costs[0].ringing.is_some() { "clicks + ringing" } else { "clicks" };
+    console.say(format_args!("  a bake takes about ({parts}, CPU time): {}", all.join(", ")));
+}
+
+fn quality_name(quality: Quality) -> &'static str {
+    match quality {
+        Quality::Draft => "draft",
+        Quality::Normal => "normal",
+        Quality::High => "high",
+    }
+}
+
+fn cost_json(cost: &BakeCost) -> Value {
+    json!({
+        "quality": quality_name(cost.quality),
+        "clicks_s": cost.clicks,
+        "ringing_s": cost.ringing,
+    })
 }
 
 /// Bounding box and wall of a body.

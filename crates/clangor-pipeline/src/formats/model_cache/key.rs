@@ -1,9 +1,10 @@
 //! The name of an entry: a hash of everything that a model depends on.
 
 use clangor_bake::acceleration::{BakeOptions, Method};
+use clangor_bake::effort::Effort;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
+use clangor_bake::modal::ModalBakeOptions;
 use clangor_bake::modal::held_body::Held;
-use clangor_bake::modal::{Effort, ModalBakeOptions};
 use clangor_bake::soundbank::modal::ModalSoundbankOptions;
 use clangor_core::body::support::{SupportKind, SupportRegion};
 use clangor_core::geometry::meridian::Piece;
@@ -37,6 +38,7 @@ pub fn model_key(geometry: &BakeGeometry, options: &BakeOptions) -> String {
         Method::Fdtd => "fdtd",
     });
     inputs.whole(options.near_field.into());
+    inputs.effort(options.effort);
     format!("{:032x}", inputs.0.finish_128())
 }
 

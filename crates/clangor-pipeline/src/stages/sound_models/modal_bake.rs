@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use clangor_bake::acceleration::BakeProgress;
+use clangor_bake::cost;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::held_body::Held;
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_held_modes, radiate};
@@ -69,6 +70,14 @@ impl RequestedPart for ModalBake {
             Some(modes) => given_modes_key(geometry, modes, &self.options),
             None => modal_key(geometry, self.held(), &self.material, &self.options),
         }
+    }
+
+    fn draft(&self) -> Self {
+        ModalBake { options: self.options.draft(), ..self.clone() }
+    }
+
+    fn operations(&self, geometry: &BakeGeometry) -> f64 {
+        cost::of_modes(geometry, &self.material, &self.options)
     }
 }
 

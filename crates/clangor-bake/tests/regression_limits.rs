@@ -61,6 +61,19 @@ fn a_body_too_large_for_the_band_has_a_narrower_one() {
 }
 
 #[test]
+fn a_block_too_large_for_patches_has_triangles() {
+    let block = BakeGeometry::RoundedBox { edges: DVec3::new(0.12, 0.3, 0.12), round: 0.0 };
+    let operations = |method| {
+        let options = BakeOptions { method, ..BakeOptions::new(wavenumber(20e3), 0.01) };
+        estimated_operations(&block, &options).unwrap()
+    };
+    // The named method takes the whole band whatever the work is; without a name, so does the same one.
+    let [auto, elements] = [Method::Auto, Method::Bem].map(operations);
+    println!("{auto:.2e} {elements:.2e}");
+    assert_eq!(auto, elements);
+}
+
+#[test]
 #[ignore = "a minute"]
 fn a_narrower_band_is_said() {
     // κ = 144 is the end of what a model holds: here with as few waves as possible.

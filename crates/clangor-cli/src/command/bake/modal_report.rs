@@ -24,7 +24,7 @@ pub(crate) fn say(console: &Console, part: &ModalPart, each: bool) {
         model.statistical_above.unwrap_or(model.max_frequency),
         counted(nodes, "node", "nodes"),
     ));
-    if let Some(from) = model.statistical_above {
+    if model.statistical_above.is_some() {
         let synthetic = model.modes.len() - model.known_modes().len();
         console.say(format_args!(
             "statistical from there to {:.0} Hz: {}",

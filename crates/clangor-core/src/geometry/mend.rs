@@ -30,7 +30,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::mesh_error::{MeshError, check_numbers};
-use super::solid::{SolidReport, check_solid};
+use super::solid::{SolidReport, check_solid, check_uncrossed};
 use super::topology::Topology;
 use super::tri_mesh::TriMesh;
 
@@ -171,7 +171,7 @@ pub fn mend(mesh: &TriMesh) -> Result<Mended, MeshError> {
     shells::keep_one_solid(&mut work)?;
     folds::smooth_folds(&mut work)?;
     let mesh = work.mesh.weld(0.0);
-    let report = check_solid(&mesh)?;
+    let report = check_uncrossed(&mesh)?;
     // A net volume far below that of a skin as thick as the cracks is rounding.
     if report.mass.volume < SEAM * SEAM * report.area * diagonal {
         return Err(MeshError::NoVolume { volume: report.mass.volume });

@@ -32,6 +32,15 @@ pub struct SolidReport {
 /// edges, because welding is the remedy for both), then edges, then the orientation and volume of a single
 /// component, then crossings, then the orientation of several components.
 pub fn check_solid(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
+    check(mesh, true)
+}
+
+/// As [`check_solid`] for a mesh that is known not to cross itself, which takes most of the time to find out.
+pub(super) fn check_uncrossed(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
+    check(mesh, false)
+}
+
+fn check(mesh: &TriMesh, may_cross: bool) -> Result<SolidReport, MeshError> {
     check_numbers(mesh)?;
     check_triangles(mesh)?;
     check_duplicates(mesh)?;
@@ -39,8 +48,7 @@ pub fn check_solid(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
     let (components, piece) = topology.components();
     // A single inverted surface is distinguished from a crossing one before its triangles are compared.
     let single = if components == 1 { Some(MassProperties::of(mesh)?) } else { None };
-    let tree = SurfaceTree::new(mesh);
-    if let Some(crossing) = first_self_intersection(mesh, &topology, &tree) {
+    if may_cross && let Some(crossing) = first_self_intersection(mesh, &topology, &SurfaceTree::new(mesh)) {
         return Err(crossing);
     }
     let mass = match single {

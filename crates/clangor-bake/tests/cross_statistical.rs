@@ -189,7 +189,7 @@ fn third_octaves_of_thin_plates() {
 }
 
 #[test]
-#[ignore = "20 CPU-s"]
+#[ignore = "45 CPU-s"]
 fn third_octaves_of_more_bodies() {
     check(&[
         ("cylinder:0.1x0.001", presets::STEEL, &[40]),

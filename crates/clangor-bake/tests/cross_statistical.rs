@@ -153,7 +153,8 @@ fn differences(body: &Known, count: usize) -> Vec<[f64; 3]> {
         let (exact, statistical) = (sums(&body.model), sums(&model));
         let db: [f64; 3] = std::array::from_fn(|k| 10.0 * (statistical[k] / exact[k]).log10());
         println!(
-            "    {middle:7.0} Hz, {modes:3} modes, {:3} synthetic: vibration {:+.2}, heard {:+.2}, radiated {:+.2} dB",
+            "    {middle:7.0} Hz, {modes:3} modes, {:3} synthetic: vibration {:+.2}, heard {:+.2}, \
+             radiated {:+.2} dB",
             model.modes.iter().filter(inside).count(),
             db[0],
             db[1],

@@ -131,7 +131,8 @@ pub(super) fn statistical_remark(
     };
     format!(
         "it rings with its {} modes below {:.2} kHz, and statistically up to {:.2} kHz, where {modes} \
-         synthetic modes stand for about {stands_for:.0}, third octaves within about {SPREAD_DB:.0} dB: {reason}",
+         synthetic modes stand for about {stands_for:.0}, third octaves within about {SPREAD_DB:.0} dB: \
+         {reason}",
         model.known_modes().len(),
         from * 1e-3,
         model.max_frequency * 1e-3

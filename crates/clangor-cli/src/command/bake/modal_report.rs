@@ -81,7 +81,8 @@ pub(crate) fn evidence(part: &ModalPart) -> String {
 pub(crate) fn json(part: &ModalPart) -> Value {
     let ModalPart { model, origin } = part;
     let damping = damping(part);
-    let rows: Vec<Row> = model.known_modes().iter().map(|m| Row::of(m, model, damping.as_ref())).collect();
+    let known = model.known_modes();
+    let rows: Vec<Row> = known.iter().map(|m| Row::of(m, model, damping.as_ref())).collect();
     let of = |number: fn(&Row) -> Option<f64>| rows.iter().map(number).collect::<Vec<_>>();
     json!({
         "radius_m": model.radius,
@@ -92,10 +93,10 @@ pub(crate) fn json(part: &ModalPart) -> Value {
         "poisson_ratio": origin.poisson_ratio,
         "density_kg_per_m3": model.density,
         "first_frequency_hz": origin.first_frequency,
-        "frequencies_hz": model.known_modes().iter().map(|m| m.frequency).collect::<Vec<_>>(),
+        "frequencies_hz": known.iter().map(|m| m.frequency).collect::<Vec<_>>(),
         "mesh_errors": of(|r| r.mesh_error),
         "t60_s": of(|r| r.t60),
-        "orders": model.known_modes().iter().map(|m| m.transfer.as_ref().map(|t| t.order)).collect::<Vec<_>>(),
+        "orders": known.iter().map(|m| m.transfer.as_ref().map(|t| t.order)).collect::<Vec<_>>(),
         "powers_w_s4_kg_per_m2": of(|r| r.power),
         "radiation_t60_s": of(|r| r.air_t60),
         "surface_nodes": model.surface.nodes.len(),

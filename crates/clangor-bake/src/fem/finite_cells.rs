@@ -322,6 +322,14 @@ mod tests {
 impl FiniteCells {
     pub(crate) fn summary(&self) -> String {
         let divided = self.body.cells.iter().filter(|c| c.division.is_some()).count();
+        let h = self.grid.edge;
+        for cell in self.body.cells.iter().filter(|c| c.division.is_some()) {
+            let mut own: Vec<usize> = cell.parts.iter().flatten().copied().collect();
+            own.dedup();
+            let filled: Vec<f64> = own.iter().map(|p| self.body.parts[*p].filled).collect();
+            let ties: Vec<String> = self.body.ties.iter().filter(|t| own.contains(&t.parts[0])).map(|t| format!("{:?}:{:.1e}", t.parts, t.weights.iter().sum::<f64>() / h / h)).collect();
+            if std::env::var("CELLS").is_ok() { println!("{:?} walls {} parts {own:?} filled {filled:?} ties {ties:?}", cell.place, cell.parts.len()); }
+        }
         format!("{} cells, {divided} divided, {} parts, {} ties", self.body.cells.len(), self.body.parts.len(), self.body.ties.len())
     }
 }

@@ -20,8 +20,10 @@ use super::polygon::Polygon;
 
 /// Cosine of the least turn of a sharp edge: 30°.
 const SHARP: f64 = 0.866;
-/// Radius below which a turn counts as sharp, in cells, and the sine of the least such turn.
-const RADIUS: f64 = 0.15;
+/// Radius below which an inner turn, or an outer one, counts as sharp, in cells, and the sine of the least
+/// such turn.
+const RADIUS: f64 = 0.3;
+const OUTER_RADIUS: f64 = 0.1;
 const LEAST_TURN: f64 = 0.03;
 /// Width of a fillet, in cells, and length of its inner edges, in its own.
 const FILLET: f64 = 0.12;
@@ -229,7 +231,7 @@ impl Face {
     /// Whether it is a strip between inner edges.
     fn is_fillet(&self) -> bool {
         let length = self.bounds.map_or(0.0, |(low, high)| high.distance(low));
-        self.area < FILLET * length * length && self.inner > FILLET_EDGES * length
+        self.area < FILLET * length && self.inner > FILLET_EDGES * length
     }
 
     fn samples(&self) -> impl Iterator<Item = (DVec3, f64)> {
@@ -268,10 +270,10 @@ fn side(surface: &TriMesh, t: usize, k: usize, other: usize) -> Side {
     let cosine = normals[0].dot(normals[1]);
     // Mean height of both triangles above the side.
     let width = (areas[0] + areas[1]) / a.distance(b);
-    let tight = turn > LEAST_TURN && turn * RADIUS > width;
+    let inner = (surface.centroid(other) - surface.centroid(t)).dot(normals[0]) > 0.0;
+    let tight = turn > LEAST_TURN && turn * if inner { RADIUS } else { OUTER_RADIUS } > width;
     if areas[0] == 0.0 || areas[1] == 0.0 || !(cosine < SHARP || tight) {
         return Side::Smooth;
     }
-    let inner = (surface.centroid(other) - surface.centroid(t)).dot(normals[0]) > 0.0;
     if inner { Side::Inner } else { Side::Outer }
 }

@@ -27,6 +27,8 @@ use crate::quadrature::gauss_legendre;
 /// Points per direction for a vanishing triangle: the polynomials of a small one vary little, but their high
 /// degrees must not alias.
 const FEWEST_POINTS: f64 = 4.5;
+/// The same in a section: a tie is far stiffer than the rest of a cell, and must not become negative.
+const FEWEST_SECTION_POINTS: f64 = 7.5;
 
 /// Legendre moments of a body in one cell, in coordinates from −1 to 1.
 #[derive(Clone)]
@@ -275,7 +277,8 @@ impl Sums<'_> {
             }
             let extent =
                 ab.abs().max_element().max(ac.abs().max_element()).max((*c - *b).abs().max_element());
-            let points = full.min((FEWEST_POINTS + full as f64 * extent.sqrt()) as usize);
+            let fewest = if self.section { FEWEST_SECTION_POINTS } else { FEWEST_POINTS };
+            let points = full.min((fewest + full as f64 * extent.sqrt()) as usize);
             // Points of a collapsed square.
             for (u, wu) in &self.rules[points] {
                 for (v, wv) in &self.rules[points] {

@@ -1,8 +1,8 @@
 //! Which nodes the parts of neighbouring cells share.
 //!
 //! Two parts are joined where their sections with the common face of their cells overlap: they share the
-//! nodes of this face, so that displacements are continuous. Parts that only touch the face each in a place of
-//! its own, such as two walls with a gap between them, share none.
+//! nodes of this face, so that displacements are continuous. Parts that touch the face in different places,
+//! such as two walls with a gap between them, share none.
 
 use glam::DVec3;
 

@@ -131,7 +131,11 @@ impl<'a> ImmersedBody<'a> {
             return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
         }
         let grid = CellGrid::around(&self.surface, edge);
-        Ok(Immersed { cells: FiniteCells::new(&self.surface, grid, order, self.walls.thickness)?, edge, order })
+        Ok(Immersed {
+            cells: FiniteCells::new(&self.surface, grid, order, self.walls.thickness)?,
+            edge,
+            order,
+        })
     }
 
     /// The triangles on which shapes are given: short against waves, and not many more than that needs.
@@ -192,8 +196,11 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     }
 
     fn size(&self, mesh: &Immersed) -> (usize, f64) {
-        let longer =
-            if mesh.order < self.last_order() { self.order_gain().powf(self.convergence().recip()) } else { 1.0 };
+        let longer = if mesh.order < self.last_order() {
+            self.order_gain().powf(self.convergence().recip())
+        } else {
+            1.0
+        };
         (mesh.cells.node_count(), longer * mesh.edge)
     }
 

@@ -131,13 +131,7 @@ impl Division {
     }
 
     /// Divides a chain in one cube: by the planes of its six tetrahedra, then by the planes between walls.
-    fn divide_cube(
-        &self,
-        chain: &Chain,
-        low: [usize; 3],
-        parts: &mut [Chain],
-        divided: &mut Vec<Divided>,
-    ) {
+    fn divide_cube(&self, chain: &Chain, low: [usize; 3], parts: &mut [Chain], divided: &mut Vec<Divided>) {
         let corner = DVec3::from_array(low.map(|n| n as f64 / CUBES as f64));
         let diagonal = |a: usize, b: usize| Plane {
             value: move |x: DVec3| (x[a] - corner[a]) - (x[b] - corner[b]),
@@ -178,15 +172,17 @@ impl Division {
         if chain.is_empty() {
             return;
         }
-        let depths: Vec<(f64, DVec3)> = (0..self.walls()).map(|wall| self.linear(wall, tetrahedron)).collect();
+        let depths: Vec<(f64, DVec3)> =
+            (0..self.walls()).map(|wall| self.linear(wall, tetrahedron)).collect();
         let mut points = vec![tetrahedron.low];
         for axis in tetrahedron.axes {
             let mut next = points[points.len() - 1];
             next[axis] += 1;
             points.push(next);
         }
-        let never =
-            |wall: &usize| (0..self.walls()).any(|other| points.iter().all(|p| self.at(other, *p) > self.at(*wall, *p)));
+        let never = |wall: &usize| {
+            (0..self.walls()).any(|other| points.iter().all(|p| self.at(other, *p) > self.at(*wall, *p)))
+        };
         let walls: Vec<usize> = (0..self.walls()).filter(|wall| !never(wall)).collect();
         for &wall in &walls {
             let mut own = chain.clone();

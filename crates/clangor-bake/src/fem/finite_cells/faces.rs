@@ -92,9 +92,7 @@ impl Faces {
                 let last = ((high[axis] + margin).floor() as usize).min(grid.counts[axis] - 1);
                 first..=last
             };
-            for place in range(0)
-                .flat_map(|i| range(1).flat_map(move |j| range(2).map(move |k| [i, j, k])))
-            {
+            for place in range(0).flat_map(|i| range(1).flat_map(move |j| range(2).map(move |k| [i, j, k]))) {
                 if !faces.around(&triangle, place).is_empty() {
                     faces.near.entry(place).or_default().push(t as u32);
                 }
@@ -153,8 +151,7 @@ impl Faces {
             .collect();
         let apart = |a: usize, b: usize| relation[a][b][0].min(relation[b][a][0]) > MOST;
         let together = |a: usize, b: usize| relation[a][b][1].min(relation[b][a][1]) > NEARLY_ALL;
-        let meeting: Vec<usize> =
-            (0..size).filter(|a| (0..size).any(|b| b != *a && apart(*a, b))).collect();
+        let meeting: Vec<usize> = (0..size).filter(|a| (0..size).any(|b| b != *a && apart(*a, b))).collect();
         let mut pairs: Vec<[usize; 2]> = meeting
             .iter()
             .flat_map(|a| meeting.iter().map(move |b| [*a, *b]))

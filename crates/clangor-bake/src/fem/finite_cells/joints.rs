@@ -1,8 +1,8 @@
 //! Which nodes the parts of neighbouring cells share.
 //!
 //! Two parts are joined where their sections with the common face of their cells overlap: they share the
-//! nodes of this face, so that displacements are continuous. Parts that only touch the face each in a place of
-//! its own, such as two walls with a gap between them, share none.
+//! nodes of this face, so that displacements are continuous. Parts that touch the face in different places,
+//! such as two walls with a gap between them, share none.
 
 use glam::DVec3;
 
@@ -63,7 +63,9 @@ pub(super) fn numbered(grid: &CellGrid, basis: &Basis, body: &Parts) -> (Vec<Vec
     for cell in &body.cells {
         for axis in 0..3 {
             let Some(above) = neighbour(body, cell, axis) else { continue };
-            for pair in cell.parts.iter().flatten().flat_map(|a| above.parts.iter().flatten().map(|b| [*a, *b])) {
+            for pair in
+                cell.parts.iter().flatten().flat_map(|a| above.parts.iter().flatten().map(|b| [*a, *b]))
+            {
                 if bodies.root(pair[0]) != bodies.root(pair[1]) {
                     share(pair, axis, &mut bodies);
                 }
@@ -118,14 +120,17 @@ fn joined(body: &Parts, cell: &Cell, above: &Cell, axis: usize) -> Vec<[usize; 2
             let shift = DVec3::AXES[axis];
             let within = |part: &usize| {
                 let mut section = Chain::default();
-                for cap in body.parts[*part].sections.iter().filter(|cap| cap.origin == Origin::Face(face + 1)) {
+                for cap in
+                    body.parts[*part].sections.iter().filter(|cap| cap.origin == Origin::Face(face + 1))
+                {
                     let border = cap.border.iter().map(|side| side.map(|x| x - shift)).collect();
                     section.caps.push(Cap { origin: cap.origin, border });
                 }
                 let (walls, _) = division.parts(&section);
                 let mut areas = vec![0.0; upper.len()];
                 for (wall, chain) in walls.iter().enumerate() {
-                    let Some(found) = above.parts[wall].and_then(|part| upper.binary_search(&part).ok()) else {
+                    let Some(found) = above.parts[wall].and_then(|part| upper.binary_search(&part).ok())
+                    else {
                         continue;
                     };
                     areas[found] += face_area(&chain.caps, face + 1);

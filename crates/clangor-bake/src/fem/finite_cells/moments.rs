@@ -101,8 +101,7 @@ pub(super) fn section_moments<'a>(
     rules: &[Vec<(f64, f64)>],
     count: usize,
 ) -> CellMoments {
-    let pieces: Vec<Piece> =
-        section.map(|t| Piece { place, corners: t.corners, measure: t.area }).collect();
+    let pieces: Vec<Piece> = section.map(|t| Piece { place, corners: t.corners, measure: t.area }).collect();
     let mut moments = vec![0.0; count.pow(3)];
     let column = &mut vec![0.0; count * count];
     let sums = Sums { pieces: &pieces, rules, count, section: true, moments: &mut moments, column };
@@ -123,8 +122,7 @@ struct Touched {
 impl Touched {
     fn new(pieces: &[Piece], rules: &[Vec<(f64, f64)>], count: usize) -> Self {
         let (mut moments, mut above) = (vec![0.0; count.pow(3)], vec![0.0; count * count]);
-        let sums =
-            Sums { pieces, rules, count, section: false, moments: &mut moments, column: &mut above };
+        let sums = Sums { pieces, rules, count, section: false, moments: &mut moments, column: &mut above };
         pulp::Arch::new().dispatch(sums);
         let area_vector = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a);
         let surface = pieces.iter().map(|piece| area_vector(piece.corners)).sum();

@@ -220,10 +220,7 @@ fn divided_cells(
 }
 
 /// The wall that each wall counts as: itself, or the one across its largest division if it is a sliver.
-fn without_slivers(
-    walls: &[(CellMoments, Chain)],
-    ties: &[([usize; 2], CellMoments)],
-) -> Vec<usize> {
+fn without_slivers(walls: &[(CellMoments, Chain)], ties: &[([usize; 2], CellMoments)]) -> Vec<usize> {
     let total: f64 = walls.iter().map(|(own, _)| own.filled()).sum();
     let mut group: Vec<usize> = (0..walls.len()).collect();
     for wall in 0..walls.len() {
@@ -243,9 +240,8 @@ fn without_slivers(
         group.iter_mut().filter(|g| **g == wall).for_each(|g| *g = best.1);
     }
     // The number of a group is its first wall.
-    let first: Vec<usize> = (0..walls.len())
-        .map(|wall| group.iter().position(|g| *g == group[wall]).unwrap_or(wall))
-        .collect();
+    let first: Vec<usize> =
+        (0..walls.len()).map(|wall| group.iter().position(|g| *g == group[wall]).unwrap_or(wall)).collect();
     first
 }
 

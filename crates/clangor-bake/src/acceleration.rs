@@ -19,11 +19,11 @@ use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::near_field::NearField;
 use num_complex::{Complex32, Complex64};
 
+pub(crate) use self::cavities::has_cavities;
 pub use self::draft::DRAFT_ACCURACY;
 use self::frequencies::{Band, FittedBand, solve_band};
 pub use self::plan::estimated_operations;
 use self::solvers::prepare;
-pub(crate) use self::cavities::has_cavities;
 pub(crate) use self::solvers::watched;
 use crate::effort::Effort;
 use crate::fdtd::{WaveDevice, WaveError};

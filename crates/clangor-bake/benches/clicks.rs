@@ -1,5 +1,5 @@
 //! The click of a noisy mesh of a mug to 20 kHz at 1 %, and its error at three frequencies:
-//! `cargo bench -p clangor-bake --bench clicks [-- FREQUENCY_HZ]`. Takes minutes.
+//! `cargo bench --profile release -p clangor-bake --bench clicks [-- FREQUENCY_HZ]`. Takes minutes.
 //!
 //! The reference is a solution on uniform triangles of a sixth of the shortest wave (2.86 mm for 20 kHz). The
 //! error is that of the level: of each motion against the loudest, rotations at equal surface speed, at 0.15 m.

@@ -1,5 +1,6 @@
 //! Acceleration noise of one body: picks a solver, solves at the frequencies that the band needs, and fits.
 
+mod cavities;
 mod cost;
 mod draft;
 mod frequencies;
@@ -18,11 +19,12 @@ use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::near_field::NearField;
 use num_complex::{Complex32, Complex64};
 
+pub(crate) use self::cavities::has_cavities;
 pub use self::draft::DRAFT_ACCURACY;
 use self::frequencies::{Band, FittedBand, solve_band};
 pub use self::plan::estimated_operations;
 use self::solvers::prepare;
-pub(crate) use self::solvers::{has_cavities, watched};
+pub(crate) use self::solvers::watched;
 use crate::effort::Effort;
 use crate::fdtd::{WaveDevice, WaveError};
 use crate::geometry_class::bake_geometry::BakeGeometry;

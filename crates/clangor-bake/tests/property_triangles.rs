@@ -260,7 +260,7 @@ fn multipoles_from_the_cell_are_those_of_the_whole_surface() {
                 let size: f64 = expected.iter().map(|c| c.norm_sqr()).sum::<f64>().sqrt();
                 let apart: f64 =
                     seen.iter().zip(expected).map(|(a, b)| (a - b).norm_sqr()).sum::<f64>().sqrt();
-                // Residual seen: PENDING.
+                // The same sums in double precision, in another order.
                 assert!(apart < 1e-9 * size, "{d} of {} at {k}: {apart:.1e} of {size:.1e}", planes.len());
             }
         }

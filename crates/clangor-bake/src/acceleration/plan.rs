@@ -19,8 +19,9 @@ use clangor_core::medium::Medium;
 use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
 
+use super::cavities::has_cavities;
 use super::cost::{self, MOST_OPERATIONS};
-use super::{BakeError, BakeOptions, MOST_ORDER, Method, has_cavities, multipole_order};
+use super::{BakeError, BakeOptions, MOST_ORDER, Method, multipole_order};
 use crate::bem::axisymmetric::{self, AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::{self, SymmetricPatchSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;

@@ -4,8 +4,6 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use clangor_core::geometry::hull::extreme_hull;
-use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
@@ -22,9 +20,6 @@ use crate::geometry_class::solver_choice::BoundaryChoice;
 use crate::mesh::remesh::resolution::Resolution;
 use crate::mesh::remesh::{RemeshOptions, remesh, remesh_symmetric};
 use crate::radiation::RadiationSolver;
-
-/// A body that fills less than this fraction of its hull has cavities, or is a bent plate.
-const CONVEX: f64 = 0.7;
 
 /// A solver with its description.
 pub(super) struct Prepared {
@@ -174,15 +169,6 @@ fn triangles(
         above: Vec::new(),
         most_solves: None,
     })
-}
-
-/// Directions that sample the hull: its volume to one or two per cent.
-const HULL_DIRECTIONS: usize = 300;
-
-/// Whether a body leaves a large part of its convex hull empty.
-pub(crate) fn has_cavities(mesh: &TriMesh, mass: &MassProperties) -> bool {
-    let hull = extreme_hull(mesh, HULL_DIRECTIONS).and_then(|hull| MassProperties::of(&hull));
-    hull.is_ok_and(|hull| mass.volume < CONVEX * hull.volume)
 }
 
 /// Warnings about walls that the mesh resolves badly.

@@ -44,8 +44,9 @@ pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
 /// The same for a surface with noise: residuals are at most `tolerance` \[m\], or [`NOISE`] times `mean` and
 /// `mean` in the root of their mean square.
 ///
-/// Half of a body and its image stand for the body, so that the surface moves by half of the residuals. With
-/// k times `mean` ≤ 2ε the phase of its sound changes by less than ε, and by far less if the noise has no mean.
+/// Half of a body and its image stand for the body, so that the surface moves by half of the residuals.
+/// With k times `mean` ≤ 2ε the phase of its sound changes by less than ε, and by far less if the noise has
+/// no mean.
 pub fn mirror_planes_in_mean(mesh: &TriMesh, tolerance: f64, mean: f64) -> Vec<MirrorPlane> {
     mirror_planes_within(mesh, &Within { largest: tolerance, mean })
 }

@@ -120,8 +120,8 @@ impl TriangleSolver {
         right
     }
 
-    /// Outgoing multipoles of the six motions up to `order` on the sphere of the bounding radius, in units of it,
-    /// from their pressures at the vertices of the cell, along and about the axes of the cell:
+    /// Outgoing multipoles of the six motions up to `order` on the sphere of the bounding radius, in units of
+    /// it, from their pressures at the vertices of the cell, along and about the axes of the cell:
     ///
     /// ```text
     /// cₙₘ = θₙ(ik) ∮ [ p ∂u/∂n + a_n u ] dS

@@ -26,8 +26,8 @@
 //! - a die of 15 mm with edges rounded by 0.6 to 2.5 mm: 2.0, 1.6, 1.2, 1.0, 0.8 mm, 1.2, 0.8, 0.4, 0.2, 0.1
 //!   %.
 //!
-//! Edges are no longer than λ/6, but for bodies of many unknowns: these have edges of λ/4.65 at 1 %, which lose
-//! half of it at the end of the band. A mug of 98 mm with edges of λ/4.65 and λ/4 differs from one of λ/6 by
+//! Edges are no longer than λ/6, but for bodies of many unknowns: these have edges of λ/4.65 at 1 %, which
+//! lose about that at the end of the band. A mug of 98 mm with edges of λ/4.65 and λ/4 differs from one of λ/6 by
 //! 0.12 and 0.27 % at 9.5 kHz, by 0.93 and 2.0 % at 18.5 kHz, of a band to 20 kHz.
 //!
 //! The size field itself refines to 0.6 of the local radius of curvature, down to the shortest edge.

@@ -46,8 +46,9 @@ const BODIES: [Case; 20] = [
     ("tile", false, &CERAMIC, 8e3),
     ("torus:0.04x0.006", true, &ALUMINIUM, 8e3),
 ];
-/// Those of the default run.
+/// Those of the default run: clicks, and lowest modes.
 const FEW: [usize; 3] = [1, 2, 5];
+const FEW_OF_MODES: [usize; 2] = [1, 14];
 /// Clicks of each body.
 const CLICKS: usize = 12;
 /// Frequencies in a third octave.
@@ -129,6 +130,7 @@ fn compare(cases: impl Iterator<Item = &'static Case>) {
         medians.push(median);
     }
     let worst = medians.iter().copied().fold(0.0, f64::max);
+    // Seen: coin 0.00, key 0.16, stone 0.02 dB.
     println!("median of the bodies {:.2} dB, worst {worst:.2} dB", median(medians.clone()));
     assert!(worst < 3.0, "{medians:?}");
 }
@@ -139,7 +141,7 @@ fn cross_draft_clicks_are_those_of_exact_fields_within_3_db() {
 }
 
 #[test]
-#[ignore = "a minute"]
+#[ignore = "minutes"]
 fn cross_draft_clicks_of_twenty_bodies() {
     compare(BODIES.iter());
 }
@@ -174,11 +176,11 @@ fn compare_lowest(cases: impl Iterator<Item = &'static Case>) {
 
 #[test]
 fn cross_draft_lowest_modes_are_those_of_exact_analyses_within_3_percent() {
-    compare_lowest(FEW.iter().map(|k| &BODIES[*k]));
+    compare_lowest(FEW_OF_MODES.iter().map(|k| &BODIES[*k]));
 }
 
 #[test]
-#[ignore = "a minute"]
+#[ignore = "minutes"]
 fn cross_draft_lowest_modes_of_twenty_bodies() {
     compare_lowest(BODIES.iter());
 }

@@ -91,7 +91,7 @@ impl fmt::Display for StrikeRemark {
                 write!(
                     f,
                     "the {what} of \"{body}\" is a draft ({error}): exact takes about {seconds:.0} s of CPU \
-                     time; raise --patience"
+                     time, with --quality normal and enough --patience"
                 )
             }
             StrikeRemark::ShortField { body, end, band } => {

@@ -304,8 +304,8 @@ fn what_cannot_be_meant_is_refused_at_its_place() {
     near(&refused(&joined(&face, &inverted(&face))), DVec3::Y * 0.05, 0.08);
     // Two solids, apart, crossing, one in the other, sharing an edge.
     match refused(&joined(&cube, &shifted(&scaled(&cube, 0.5), DVec3::X * 0.2))) {
-        MeshError::Shells { shells: 2, first, second, share } => {
-            assert!(first.length() < 1e-12 && second.distance(DVec3::X * 0.2) < 1e-12);
+        MeshError::Shells { shells: 2, centres, share } => {
+            assert!(centres[0].length() < 1e-12 && centres[1].distance(DVec3::X * 0.2) < 1e-12);
             assert!((share - 0.125).abs() < 1e-12);
         }
         other => panic!("{other}"),

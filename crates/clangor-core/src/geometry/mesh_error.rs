@@ -134,16 +134,15 @@ pub enum MeshError {
     },
     /// Solids apart from each other.
     #[error(
-        "the mesh has {shells} separate shells, the largest near {first:.5}, the next, with {share:.3} of \
-        its volume, near {second:.5}; a body is one solid: unite them, or give each a body of its own"
+        "the mesh has {shells} separate shells, the largest near {:.5}, the next, with {share:.3} of \
+        its volume, near {:.5}; a body is one solid: unite them, or give each a body of its own",
+        centres[0], centres[1]
     )]
     Shells {
         /// Number of solids.
         shells: usize,
-        /// Centre of the largest \[m\].
-        first: DVec3,
-        /// Centre of the next \[m\].
-        second: DVec3,
+        /// Centres of the largest and the next \[m\].
+        centres: Box<[DVec3; 2]>,
         /// Volume of the next over that of the largest.
         share: f64,
     },

@@ -105,7 +105,7 @@ pub(super) fn remove_double(work: &mut Repair) -> Result<(), MeshError> {
         };
         let up = group.iter().filter(|t| ascends(**t)).count();
         let edges = [(key[0], key[1]), (key[1], key[2]), (key[0], key[2])];
-        let needed = edges.iter().filter(|e| at_edge[*e] % 2 == 0).count() >= 2;
+        let needed = edges.iter().filter(|e| at_edge[*e].is_multiple_of(2)).count() >= 2;
         // The copies that face as most of them do stand for all.
         let keep = group.iter().find(|t| ascends(**t) == (2 * up >= group.len())).filter(|_| needed);
         group.iter().filter(|t| Some(*t) != keep).for_each(|t| marked[*t] = true);

@@ -49,8 +49,7 @@ pub(super) fn keep_one_solid(work: &mut Repair) -> Result<(), MeshError> {
     match solids.as_slice() {
         [first, second, ..] => Err(MeshError::Shells {
             shells: solids.len(),
-            first: first.middle(),
-            second: second.middle(),
+            centres: Box::new([first.middle(), second.middle()]),
             share: second.volume / first.volume,
         }),
         _ => Ok(()),

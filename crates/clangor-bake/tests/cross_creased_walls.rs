@@ -9,7 +9,7 @@ use clangor_bake::modal_analysis::{ModalAnalysis, ModalAnalysisOptions, modal_an
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::material::Material;
 use clangor_core::material::presets::GLASS;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 /// E = 62 GPa, ν = 0.2, ρ = 2600 kg/m³.
 fn glass() -> Material {
@@ -56,23 +56,6 @@ fn an_open_box_rings_as_in_tetrahedra_of_sixth_order() {
     for (found, best) in frequencies.iter().zip([679.0, 1120.0]) {
         // Seen: 1.3 and 0.7 %; 11 and 9 % without the division.
         assert!((found / best - 1.0).abs() < 0.015, "{found:.1} Hz for {best} Hz");
-    }
-}
-
-/// The box may lie in the grid as it will, and all its modes are there.
-#[test]
-fn a_turned_box_of_a_millimetre_has_all_its_modes() {
-    let straight = by_default(&open_box(0.001), 3000.0);
-    let mut turned = open_box(0.001);
-    let turn = DQuat::from_scaled_axis(DVec3::new(0.6, 0.9, 0.4));
-    turned.vertices.iter_mut().for_each(|v| *v = turn * *v);
-    let turned = by_default(&turned, 3000.0);
-    for found in [&straight, &turned] {
-        println!("{} modes, {} nodes, {:?}", found.modes.len(), found.nodes, found.warnings);
-        assert!(found.modes.len().abs_diff(36) <= 1, "{}", found.modes.len());
-    }
-    for (a, b) in straight.modes.iter().zip(&turned.modes).take(30) {
-        assert!((a.frequency / b.frequency - 1.0).abs() < 0.02, "{:.1} {:.1} Hz", a.frequency, b.frequency);
     }
 }
 

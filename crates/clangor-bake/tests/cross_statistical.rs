@@ -73,7 +73,7 @@ fn places(model: &ModalModel) -> Vec<([u32; 3], DVec3)> {
         let vector = mesh.area_vector(t);
         sum += 0.5 * vector.length() / total * PLACES as f64;
         if found.len() as f64 + 0.5 < sum {
-            found.push((mesh.triangles[t].map(|i| i as u32), vector.normalize()));
+            found.push((mesh.triangles[t], vector.normalize()));
         }
     }
     found

@@ -36,7 +36,15 @@ fn ball(motions: &[fn(DVec3) -> DVec3]) -> ModalModel {
     };
     let modes = motions.iter().enumerate().map(mode).collect();
     let surface = ModalSurface { nodes: nodes.clone(), triangles };
-    ModalModel { radius: 1.0, medium: Medium::AIR, density: 7850.0, max_frequency: 2e4, statistical_above: None, surface, modes }
+    ModalModel {
+        radius: 1.0,
+        medium: Medium::AIR,
+        density: 7850.0,
+        max_frequency: 2e4,
+        statistical_above: None,
+        surface,
+        modes,
+    }
 }
 
 #[derive(Default)]

@@ -9,6 +9,7 @@ use clangor_bake::acceleration::{BakeOptions, Method};
 use clangor_bake::fdtd::WaveDevice;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal::held_body::Held;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
@@ -181,13 +182,13 @@ fn regression_default_options_find_the_models_of_older_caches() {
         let options = ModelOptions { quality, ..ModelOptions::default() };
         [
             model_key(&die, &options.acceleration(rendered.max_wavenumber()).options),
-            modal_key(&die, &steel, &options.modal(Medium::AIR, rendered.band().0)),
+            modal_key(&die, Held::default(), &steel, &options.modal(Medium::AIR, rendered.band().0)),
         ]
     };
     let before = |(field, mesh_error, transfer)| {
         let fields = BakeOptions { near_field: true, ..BakeOptions::new(rendered.max_wavenumber(), field) };
         let modes = ModalBakeOptions { mesh_error, accuracy: transfer, ..ModalBakeOptions::new(Medium::AIR) };
-        [model_key(&die, &fields), modal_key(&die, &steel, &modes)]
+        [model_key(&die, &fields), modal_key(&die, Held::default(), &steel, &modes)]
     };
     assert_eq!(keys(Quality::Draft), before((0.01, 0.01, 0.01)));
     assert_eq!(keys(Quality::Normal), before((0.01, 0.01, 0.01)));

@@ -181,7 +181,20 @@ impl TriangleSolver {
         let far = FarSystem::new(&panels, &images, near.images.iter().map(|image| &image.pairs[..]));
         let frame = symmetric.frame;
         let harmonics = OnceLock::new();
-        Ok(Self { mesh, radius, equation, effort, panels, images, frame, classes, origin, near, far, harmonics })
+        Ok(Self {
+            mesh,
+            radius,
+            equation,
+            effort,
+            panels,
+            images,
+            frame,
+            classes,
+            origin,
+            near,
+            far,
+            harmonics,
+        })
     }
 
     /// Unknowns of the largest system of a solve.

@@ -46,7 +46,7 @@ pub(super) fn numbered(grid: &CellGrid, basis: &Basis, body: &Parts) -> (Vec<Vec
     let mut share = |pair: [usize; 2], axis: usize, bodies: &mut Sets| {
         bodies.join(pair[0], pair[1]);
         let step = [local * local, local, 1][axis];
-        for k in (0..all).filter(|k| k / step % local == 0) {
+        for k in (0..all).filter(|k| (k / step).is_multiple_of(local)) {
             nodes.join(pair[0] * all + k + degree * step, pair[1] * all + k);
         }
     };

@@ -20,6 +20,9 @@ const SLIVER: f64 = 0.02;
 /// Largest difference between the filled part of a cell and the sum of its parts.
 const CLOSED: f64 = 1e-9;
 
+/// A division and the surface of the body in the cell that it divides.
+type Work = (Division, Chain);
+
 /// A cell that contains a part of the body.
 #[derive(Clone, Debug)]
 pub(super) struct Cell {
@@ -194,10 +197,10 @@ fn divided_cells(
         cells.iter().zip(&divisions).filter(|(_, d)| d.is_some()).map(|((cell, _), _)| cell.place).collect();
     let triangles = (0..surface.triangles.len()).map(|t| surface.corners(t).map(|x| grid.scaled(x)));
     let mut chains = cell_chains(triangles.collect(), &places).into_iter();
-    let work: Vec<Option<(Division, Chain)>> =
+    let work: Vec<Option<Work>> =
         divisions.into_iter().map(|division| Some((division?, chains.next()?))).collect();
     let (rules, count) = (rules(basis), basis.points().len());
-    let divide = |(work, (cell, _)): (Option<(Division, Chain)>, &(CellMoments, [f64; 3]))| {
+    let divide = |(work, (cell, _)): (Option<Work>, &(CellMoments, [f64; 3]))| {
         let (division, chain) = work?;
         let (walls, cuts) = division.parts(&chain);
         let moments = |chain: Chain| (part_moments(cell.place, &chain, &rules, count), chain);
@@ -248,8 +251,8 @@ fn without_slivers(walls: &[(CellMoments, Chain)], ties: &[([usize; 2], CellMome
 /// Section of the body with the upper faces of cells, by the theorem of Gauss along each axis.
 fn upper_sections(cells: &[CellMoments]) -> Vec<[f64; 3]> {
     let mut sections = vec![[0.0; 3]; cells.len()];
-    for axis in 0..3 {
-        let rest = |k: usize| [cells[k].place[(axis + 1) % 3], cells[k].place[(axis + 2) % 3]];
+    for (axis, [second, third]) in [(0, [1, 2]), (1, [2, 0]), (2, [0, 1])] {
+        let rest = |k: usize| [cells[k].place[second], cells[k].place[third]];
         let mut order: Vec<usize> = (0..cells.len()).collect();
         order.sort_by_key(|k| (rest(*k), cells[*k].place[axis]));
         for row in order.chunk_by(|a, b| rest(*a) == rest(*b)) {

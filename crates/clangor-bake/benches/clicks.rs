@@ -2,7 +2,8 @@
 //! `cargo bench --profile release -p clangor-bake --bench clicks [-- FREQUENCY_HZ]`. Takes minutes.
 //!
 //! The reference is a solution on uniform triangles of a sixth of the shortest wave (2.86 mm for 20 kHz). The
-//! error is that of the level: of each motion against the loudest, rotations at equal surface speed, at 0.15 m.
+//! error is that of the level: of each motion against the loudest, rotations at equal surface speed,
+//! at 0.15 m.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;

@@ -6,6 +6,7 @@ mod draft;
 mod frequencies;
 mod motion_fits;
 mod plan;
+mod prepared;
 mod solvers;
 
 use std::ops::ControlFlow;

@@ -1,7 +1,8 @@
 //! Shapes as surfaces and solids.
 //!
 //! * [`tri_mesh`]: triangles; [`topology`]: which triangles share an edge; [`refine`]: smaller triangles;
-//! * [`solid`]: whether a mesh bounds a solid, and what is wrong with it if not; [`mend`]: small faults of files;
+//! * [`solid`]: whether a mesh bounds a solid, and what is wrong with it if not;
+//! * [`mend`]: small faults of files;
 //! * [`mass_properties`], [`principal_axes`]: volume, centre of mass, inertia;
 //! * [`principal_curvature`], which sets the contact time; [`vertex_curvature`]: the same on a mesh;
 //! * [`curvature`]: mean curvature and normals at vertices;

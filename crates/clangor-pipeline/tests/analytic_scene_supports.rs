@@ -1,5 +1,5 @@
-//! Beams of scenes, clamped, sprung and free, against the textbook (Euler and Bernoulli), from the text to the
-//! modes that impacts feel; and what a ball loses on them.
+//! Beams of scenes, clamped, sprung and free, against the textbook (Euler and Bernoulli), from the text to
+//! the modes that impacts feel; and what a ball loses on them.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;

@@ -19,7 +19,7 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use num_complex::Complex64;
 
 use super::plan::surface_of;
-use super::solvers::Prepared;
+use super::prepared::Prepared;
 use super::{BakeError, BakeOptions};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;

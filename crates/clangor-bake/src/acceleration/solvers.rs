@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use super::draft::prepare_draft;
 use super::plan::{Candidate, FieldPlan, SOLID_SPACING, fine, large_cells, longest, mirrors};
+use super::prepared::Prepared;
 use super::{BakeError, BakeOptions, BakeProgress, multipole_order};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
@@ -19,27 +20,6 @@ use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
 use crate::mesh::remesh::resolution::Resolution;
 use crate::mesh::remesh::{RemeshOptions, remesh, remesh_symmetric};
-use crate::radiation::RadiationSolver;
-
-/// A solver with its description.
-pub(super) struct Prepared {
-    /// The solver.
-    pub(super) solver: Box<dyn RadiationSolver>,
-    /// Highest wavenumber [1/m] that it solves.
-    pub(super) highest: f64,
-    /// Spacing in κ of the first solves.
-    pub(super) spacing: f64,
-    /// Name of the method.
-    pub(super) method: &'static str,
-    /// Unknowns, or cells.
-    pub(super) unknowns: usize,
-    /// Warnings for the user.
-    pub(super) warnings: Vec<String>,
-    /// Wavenumbers [1/m] above it that it knows.
-    pub(super) above: Vec<f64>,
-    /// Most solves; as many as the band may need without.
-    pub(super) most_solves: Option<usize>,
-}
 
 /// Picks and prepares a solver: the first of the [plan](FieldPlan) that does not fail.
 pub(super) fn prepare(

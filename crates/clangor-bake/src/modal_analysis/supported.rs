@@ -15,7 +15,7 @@ use crate::fem::ElasticConstants;
 use crate::fem::supports::{Support, check_supports};
 use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::geometry_class::solver_choice::ModalChoice;
-use crate::mesh::revolution::surface_of_revolution;
+use crate::mesh::axisymmetric_surface::axisymmetric_surface;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 
 /// Finds all modes of a body that supports hold, up to a frequency: like [`modal_analysis()`], with the
@@ -65,7 +65,7 @@ fn supported_modal_analysis_by(
     let choice = match (geometry.modal_choice().map_err(StuffingError::Input)?, geometry) {
         (ModalChoice::Section(_), BakeGeometry::Ellipsoid { semi_axes }) => ModalChoice::Ball(*semi_axes),
         (ModalChoice::Section(axisymmetry), _) => {
-            let mesh = surface_of_revolution(&axisymmetry.meridian, axisymmetry.rotation());
+            let mesh = axisymmetric_surface(&axisymmetry.meridian, axisymmetry.rotation());
             surface = BakeGeometry::Mesh(mesh);
             surface.modal_choice().map_err(StuffingError::Input)?
         }

@@ -287,16 +287,8 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
     let text = options.file.as_str();
     let material = options.material.as_deref().map(preset).transpose()?;
     let reference = geometry_reference(text, options.scale);
-    // A name with a separator or an ending is meant as a file; a shape has numbers there.
-    let path = Path::new(text);
-    let is_named_like_a_file =
-        path.extension().is_some_and(|e| e.to_string_lossy().starts_with(char::is_alphabetic));
-    if matches!(reference.geometry, Geometry::Shape(_)) && (path.exists() || is_named_like_a_file) {
-        let fault = if path.exists() { "is of no known kind" } else { "does not exist" };
-        return Err(Failure::new(format_args!(
-            "{text} {fault}; inspect reads .toml, .timeline, .wav, .safetensors, .obj, .ply, .stl, .gltf, \
-             .glb, and shapes such as mug"
-        )));
+    if matches!(reference.geometry, Geometry::Shape(_)) {
+        refuse_files_as_shapes(text)?;
     }
     let refuse = |e: &dyn Display| Failure::new(format_args!("\"{text}\" cannot be inspected: {e}"));
     let (loaded, parts) = match &reference.geometry {
@@ -368,6 +360,21 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
         "principal_moments_per_density_m5": moments.to_array(),
     }));
     Ok(())
+}
+
+/// A name with a separator or an ending is meant as a file; a shape has numbers there.
+fn refuse_files_as_shapes(text: &str) -> Result<(), Failure> {
+    let path = Path::new(text);
+    let is_named_like_a_file =
+        path.extension().is_some_and(|e| e.to_string_lossy().starts_with(char::is_alphabetic));
+    if !path.exists() && !is_named_like_a_file {
+        return Ok(());
+    }
+    let fault = if path.exists() { "is of no known kind" } else { "does not exist" };
+    Err(Failure::new(format_args!(
+        "{text} {fault}; inspect reads .toml, .timeline, .wav, .safetensors, .obj, .ply, .stl, .gltf, .glb, \
+         and shapes such as mug"
+    )))
 }
 
 /// One line with the estimated CPU time of the models at each quality.

@@ -50,8 +50,8 @@ pub enum MeshError {
     },
     /// Edges with a triangle on one side only.
     #[error(
-        "the surface is open: {edges} boundary edges, one near {position:.5}; close the holes, weld the mesh, \
-        or give the shell a thickness"
+        "the surface is open: {edges} boundary edges, one near {position:.5}; close the holes, weld the \
+         mesh, or give the shell a thickness"
     )]
     Open {
         /// Number of edges.
@@ -61,8 +61,8 @@ pub enum MeshError {
     },
     /// Edges with more than two triangles.
     #[error(
-        "{edges} edges have more than two triangles, one near {position:.5}; remove faces inside of the body, \
-        or separate the parts that touch there"
+        "{edges} edges have more than two triangles, one near {position:.5}; remove faces inside of the \
+         body, or separate the parts that touch there"
     )]
     NonManifold {
         /// Number of edges.
@@ -157,8 +157,8 @@ pub enum MeshError {
     },
     /// Two triangles cross.
     #[error(
-        "the surface crosses itself: triangles {first} and {second}, near {position:.5}; separate them there, \
-        or remesh the body (in Blender: Remesh, Voxel)"
+        "the surface crosses itself: triangles {first} and {second}, near {position:.5}; separate them \
+         there, or remesh the body (in Blender: Remesh, Voxel)"
     )]
     SelfIntersection {
         /// One triangle.

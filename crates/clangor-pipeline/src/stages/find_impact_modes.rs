@@ -24,8 +24,8 @@
 //! On free panes of glass, N = 100 moves the restitution of a ball by less than 0.015, N = 50 by 0.04.
 //!
 //! Shapes are rounded as in a file, so that a model from the cache and a baked one are the same. Damping is
-//! that of the material and the supports. Only the modes are found here, not their sound; a render to 20 kHz goes on
-//! from those that reach it.
+//! that of the material and the supports. Only the modes are found here, not their sound; a
+//! render to 20 kHz goes on from those that reach it.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;

@@ -27,8 +27,8 @@
 //!   %.
 //!
 //! Edges are no longer than λ/6, but for bodies of many unknowns: these have edges of λ/4.65 at 1 %, which
-//! lose about that at the end of the band. A mug of 98 mm with edges of λ/4.65 and λ/4 differs from one of λ/6 by
-//! 0.12 and 0.27 % at 9.5 kHz, by 0.93 and 2.0 % at 18.5 kHz, of a band to 20 kHz.
+//! lose about that at the end of the band. A mug of 98 mm with edges of λ/4.65 and λ/4 differs
+//! from one of λ/6 by 0.12 and 0.27 % at 9.5 kHz, by 0.93 and 2.0 % at 18.5 kHz, of a band to 20 kHz.
 //!
 //! The size field itself refines to 0.6 of the local radius of curvature, down to the shortest edge.
 

@@ -1,10 +1,10 @@
 //! The modes of the bodies of a scene.
 //!
-//! Every body that is struck has modes, unless the scene excludes them: those of the body as its supports hold
-//! it, and of a body that nothing holds, fixed or not, those of the free body. They are computed once for all
-//! bodies of the same form, material and supports. Where forms are many, as in a heap of stones, the loudest
-//! have modes of their own, and the others those of the nearest ellipsoid (`crowd`). A body whose modes all
-//! lie above the band is distinguished from one whose modes cannot be computed.
+//! Every body that is struck has modes, unless the scene excludes them: those of the body as its supports
+//! hold it, and of a body that nothing holds, fixed or not, those of the free body. They are computed once
+//! for all bodies of the same form, material and supports. Where forms are many, as in a heap of stones, the
+//! loudest have modes of their own, and the others those of the nearest ellipsoid (`crowd`). A body whose
+//! modes all lie above the band is distinguished from one whose modes cannot be computed.
 //!
 //! A large body that does not move, such as a table top, has a draft of its modes unless the scene asks for
 //! its own: its many modes at short waves would take longer than all the rest.

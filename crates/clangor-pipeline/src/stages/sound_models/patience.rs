@@ -1,9 +1,9 @@
 //! Which models of a scene are drafts: those whose exact bake would take longer than the patience.
 //!
 //! Work is estimated by [`clangor_bake::cost`], never measured, so that the same scene with the same cache
-//! has the same models on any machine. What is in the cache costs nothing. If all exact models together take no
-//! longer than the patience, all are exact; else the cheapest are, as many as the patience pays for, and the
-//! others are drafts:
+//! has the same models on any machine. What is in the cache costs nothing. If all exact models together
+//! take no longer than the patience, all are exact; else the cheapest are, as many as the patience pays for,
+//! and the others are drafts:
 //!
 //! ```text
 //! c₁ ≤ c₂ ≤ …   exact while c₁ + … + cᵢ ≤ patience

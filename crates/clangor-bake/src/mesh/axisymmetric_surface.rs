@@ -17,7 +17,7 @@ const CHORDS: f64 = 24.0;
 const ON_AXIS: f64 = 1e-9;
 
 /// The surface of a meridian about y, rotated.
-pub(crate) fn surface_of_revolution(meridian: &Meridian, rotation: DQuat) -> TriMesh {
+pub(crate) fn axisymmetric_surface(meridian: &Meridian, rotation: DQuat) -> TriMesh {
     let widest = meridian.pieces().iter().flat_map(|p| [p.point(0.0).x, p.point(0.5).x, p.point(1.0).x]);
     let widest = widest.fold(0.0, f64::max);
     let step = widest * TAU / SECTORS as f64;
@@ -88,8 +88,7 @@ mod tests {
             [Meridian::try_new(disc).expect("a disc"), Meridian::try_new(torus).expect("a torus"), ball];
         for meridian in solids {
             let exact = meridian.mass_properties();
-            let found =
-                MassProperties::of(&surface_of_revolution(&meridian, DQuat::IDENTITY)).expect("solid");
+            let found = MassProperties::of(&axisymmetric_surface(&meridian, DQuat::IDENTITY)).expect("solid");
             // Residuals seen: 1e-15 of the disc, 5e-3 of the others, by the chords of their meridians.
             assert!((found.volume / exact.volume - 1.0).abs() < 8e-3, "{} {}", found.volume, exact.volume);
             assert!((found.inertia.y_axis.y / exact.inertia.y_axis.y - 1.0).abs() < 2e-2);

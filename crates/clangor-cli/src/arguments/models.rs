@@ -40,8 +40,8 @@ pub(crate) struct DeviceArgument {
 /// Errors of acceleration fields and of modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Quality {
-    /// Seconds for each body: third octaves of clicks within about 3 dB, the lowest mode within 3 %, about a
-    /// hundred modes. Models within 1 % that are in the cache are used
+    /// Seconds for each body: third octaves of clicks within about 3 dB in the median, about a hundred modes,
+    /// the error of whose frequencies is printed. Models within 1 % that are in the cache are used
     Draft,
     /// Fields and modes within 1 %
     Normal,

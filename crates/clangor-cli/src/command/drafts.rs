@@ -23,11 +23,13 @@ pub(super) fn say(session: &Session<'_>, console: &Console) {
     let seconds: f64 = models.drafts().filter_map(|model| model.draft_of).sum();
     if !clicks.is_empty() {
         let names = listed(&clicks);
-        console.say(format_args!("drafts, third octaves within about 3 dB: the clicks of {names}"));
+        console.say(format_args!(
+            "drafts, third octaves within about 3 dB in the median: the clicks of {names}"
+        ));
     }
     if !ringing.is_empty() {
         let names = listed(&ringing);
-        console.say(format_args!("drafts, lowest modes within 3 %: the ringing of {names}"));
+        console.say(format_args!("drafts, about a hundred modes in few elements: the ringing of {names}"));
     }
     let remedy = match session.scene() {
         Some(loaded) if !loaded.path.as_os_str().is_empty() => {

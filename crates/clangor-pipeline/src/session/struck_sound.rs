@@ -85,8 +85,8 @@ impl fmt::Display for StrikeRemark {
             StrikeRemark::OtherMaterial(remark) => remark.fmt(f),
             StrikeRemark::Draft { body, part, seconds } => {
                 let (what, error) = match part {
-                    SoundPart::Modal => ("ringing", "lowest mode within 3 %"),
-                    _ => ("click", "third octaves within about 3 dB"),
+                    SoundPart::Modal => ("ringing", "about a hundred modes in few elements"),
+                    _ => ("click", "third octaves within about 3 dB in the median"),
                 };
                 write!(
                     f,

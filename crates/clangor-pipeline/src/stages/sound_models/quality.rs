@@ -4,8 +4,8 @@
 /// [`ModelOptions::accuracy`](super::ModelOptions::accuracy) gives one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Models within 1 % that are in the cache, and drafts: third octaves within about 3 dB, the lowest mode
-    /// within 3 %.
+    /// Models within 1 % that are in the cache, and drafts: third octaves of clicks within about 3 dB in the
+    /// median, about a hundred modes with the error that their evidence gives.
     Draft,
     /// Errors of 1 %.
     #[default]

@@ -42,8 +42,6 @@ const EDGES_PER_WAVE: f64 = 6.0;
 const UNKNOWNS_PER_SQUARE: f64 = 1.15;
 /// Most unknowns for walls and edges, in those for the wave.
 const MOST_FOR_WALLS: f64 = 3.0;
-/// Unknowns of a parity class from which on steps in time take over.
-const MOST_UNKNOWNS: f64 = 4200.0;
 /// Unknowns of patches at kR = 1, and for each more.
 const PATCH_UNKNOWNS: [f64; 2] = [100.0, 4.0];
 /// Triangles of a surface whose mirror planes are looked for.
@@ -91,11 +89,11 @@ fn frequencies(kappa: f64, spacing: f64) -> f64 {
     1.1 * kappa / spacing + 6.0
 }
 
-/// Boundary elements on triangles, or steps in time where they are too many.
+/// Boundary elements on triangles, or steps in time where these are asked for.
 fn triangles(geometry: &BakeGeometry, options: &BakeOptions, solves: f64) -> f64 {
     let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
     let system = unknowns / parts;
-    if options.method == Method::Fdtd || (options.method == Method::Auto && system > MOST_UNKNOWNS) {
+    if options.method == Method::Fdtd {
         return time_steps(geometry, options.max_wavenumber);
     }
     (500.0 * unknowns * system + 0.43 * parts * system.powi(3)) * solves

@@ -18,6 +18,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::contact_side::inverse_mass;
 use super::pulses::whole_impacts;
 use super::row_checks::check_row;
 use super::{ContactError, PoseHistory};
@@ -92,7 +93,7 @@ pub fn force_stream(
             let ids = [step[0].body_a, step[0].body_b];
             let moves = ids.iter().any(|id| speed(bodies, poses, *id, time) >= settings.rest_speed);
             for (id, sign) in ids.into_iter().zip([1.0, -1.0]) {
-                if id == BodyId::WORLD || bodies[id.index()].surface.is_plane() {
+                if id == BodyId::WORLD || inverse_mass(&bodies[id.index()]) == 0.0 {
                     continue;
                 }
                 // Contact points in the frame of the body.

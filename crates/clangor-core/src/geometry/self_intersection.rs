@@ -16,41 +16,25 @@ pub(super) fn first_self_intersection(
     topology: &Topology,
     tree: &SurfaceTree,
 ) -> Option<MeshError> {
-    let (first, second, position) = crossings(mesh, topology, tree, 1).first().copied()?;
-    Some(MeshError::SelfIntersection { first, second, position })
-}
-
-/// Up to `most` pairs of triangles that cross, with a place; those that fold onto a neighbour first.
-pub(super) fn crossings(
-    mesh: &TriMesh,
-    topology: &Topology,
-    tree: &SurfaceTree,
-    most: usize,
-) -> Vec<(usize, usize, DVec3)> {
-    let mut found = Vec::new();
     // Distances below this are rounding: surfaces that touch do not cross.
     let rounding = 1e-12 * mesh.bounding_radius(DVec3::ZERO);
     for (t, neighbours) in topology.neighbours.iter().enumerate() {
         for n in neighbours.map(|n| n as usize) {
             let cosine = mesh.area_vector(t).normalize().dot(mesh.area_vector(n).normalize());
             if n > t && cosine < -1.0 + 1e-14 {
-                found.push((t, n, mesh.centroid(t)));
+                return Some(MeshError::SelfIntersection { first: t, second: n, position: mesh.centroid(t) });
             }
         }
     }
-    if found.len() >= most {
-        found.truncate(most);
-        return found;
-    }
+    let mut found = None;
     tree.overlapping_pairs(mesh, 0.0, &mut |first, second| {
-        found.extend(crossing(mesh, first, second, rounding).map(|position| (first, second, position)));
-        found.len() >= most
+        found = crossing(mesh, first, second, rounding);
+        found.is_some()
     });
     found
 }
 
-/// A point where two triangles cross.
-fn crossing(mesh: &TriMesh, first: usize, second: usize, rounding: f64) -> Option<DVec3> {
+fn crossing(mesh: &TriMesh, first: usize, second: usize, rounding: f64) -> Option<MeshError> {
     let shared = mesh.triangles[first].iter().filter(|i| mesh.triangles[second].contains(i)).count();
     if shared > 1 {
         return None;
@@ -68,9 +52,10 @@ fn crossing(mesh: &TriMesh, first: usize, second: usize, rounding: f64) -> Optio
             pierce(ends.map(|i| mesh.vertices[i as usize]), target, normal, rounding)
         })
     };
-    pierced(first, second)
+    let position = pierced(first, second)
         .or_else(|| pierced(second, first))
-        .or_else(|| if shared == 0 { overlap_in_plane(mesh, first, second, rounding) } else { None })
+        .or_else(|| if shared == 0 { overlap_in_plane(mesh, first, second, rounding) } else { None })?;
+    Some(MeshError::SelfIntersection { first, second, position })
 }
 
 /// Where a segment passes through a triangle, edges included, from one side of its plane to the other.

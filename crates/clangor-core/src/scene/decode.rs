@@ -16,7 +16,6 @@ mod plane;
 mod reader;
 mod room;
 mod settings;
-mod support;
 
 use std::collections::BTreeSet;
 
@@ -204,7 +203,6 @@ mod tests {
             ("### Keyframes", &[motion::KEYFRAME_KEYS]),
             ("### Random placement", &[body::PLACEMENT_KEYS]),
             ("### Fracture", &[breaking::KEYS, breaking::SCORE_KEYS]),
-            ("### Supports", &[support::KEYS]),
             ("## Planes", &[plane::KEYS]),
             ("## Hung spheres", &[links::HANG_KEYS]),
             ("## Springs", &[links::SPRING_KEYS]),

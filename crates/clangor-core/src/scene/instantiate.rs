@@ -7,7 +7,6 @@ mod copies;
 mod geometry;
 mod listeners;
 mod problems;
-mod supports;
 
 use std::collections::BTreeMap;
 

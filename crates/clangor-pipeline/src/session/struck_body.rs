@@ -10,7 +10,7 @@ use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::sound_model::modal::model::ModalModel;
 
 use super::error::Error;
-use super::named_body::{GltfBody, geometry_remarks, preset, shape_or_mesh};
+use super::named_body::{GltfBody, preset, shape_or_mesh};
 use crate::stages::sound_models::{SoundFile, read_sound_file};
 
 /// A body to be struck, at rest at the origin.
@@ -51,9 +51,7 @@ impl StruckBody {
     /// [`Error::Geometry`].
     pub fn solid(shape: &str, scale: f64, material: Material) -> Result<Self, Error> {
         let loaded = shape_or_mesh(shape, scale)?;
-        let remarks = geometry_remarks(shape, &loaded);
-        let body = Body::solid(shape, material, loaded.surface, &loaded.mass);
-        Ok(StruckBody { remarks, ..body.into() })
+        Ok(Body::solid(shape, material, loaded.surface, &loaded.mass).into())
     }
 
     /// The solid that a sound model (`.safetensors`) was baked from, which sounds by that model.
@@ -104,7 +102,7 @@ impl StruckBody {
         &self.body
     }
 
-    /// Mends of its mesh, and properties of a glTF file that are not used, or replaced.
+    /// Properties of a glTF file that are not used, or replaced.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }

@@ -124,16 +124,14 @@ impl Modes<'_> {
         }
     }
 
-    /// Frequencies, damping by supports [1/s], and transfers.
-    fn modes(&self) -> Vec<(f64, f64, Option<ModalTransfer>)> {
+    /// Frequencies and transfers.
+    fn modes(&self) -> Vec<(f64, Option<ModalTransfer>)> {
         match self {
             Modes::Own(model) => {
-                let numbers =
-                    |mode: &ModalMode| (mode.frequency, mode.support_damping, mode.transfer.clone());
-                model.modes.iter().map(numbers).collect()
+                model.modes.iter().map(|mode| (mode.frequency, mode.transfer.clone())).collect()
             }
             Modes::Proxy(proxy) => (0..proxy.mode_count())
-                .map(|mode| (proxy.frequency(mode), 0.0, Some(proxy.transfer(mode))))
+                .map(|mode| (proxy.frequency(mode), Some(proxy.transfer(mode))))
                 .collect(),
         }
     }
@@ -170,7 +168,7 @@ impl Sounds {
         for pulse in pulses {
             for share in pulse.bodies.iter().flatten() {
                 let id = share.body;
-                if replay.clicks && share.moves() && !sounds.clicks.contains_key(&id) {
+                if replay.clicks && !sounds.clicks.contains_key(&id) {
                     let click = sounds.click(replay, id)?;
                     sounds.clicks.insert(id, click);
                 }
@@ -273,17 +271,11 @@ fn ringing_file(id: BodyId, body: &Body, modes: &Modes<'_>, places: &[DVec3]) ->
     };
     let modes_at = modes.modes().into_iter().zip(modes.shapes(places));
     let list: Vec<ModalMode> = modes_at
-        .map(|((frequency, support_damping, transfer), shape)| ModalMode {
-            frequency,
-            mesh_error: f64::NAN,
-            support_damping,
-            shape,
-            transfer,
-        })
+        .map(|((frequency, transfer), shape)| ModalMode { frequency, mesh_error: f64::NAN, shape, transfer })
         .collect();
     let mut t60: Vec<[f64; 2]> = Vec::new();
     for mode in &list {
-        let ratio = body.material.damping.damping_ratio(mode.frequency) + mode.support_damping_ratio();
+        let ratio = body.material.damping.damping_ratio(mode.frequency);
         let time = (1000_f64.ln() / (TAU * mode.frequency * ratio)).min(LONGEST_T60);
         if t60.last().is_none_or(|[last, _]| mode.frequency > last * (1.0 + 1e-9)) {
             t60.push([mode.frequency, time]);
@@ -295,7 +287,6 @@ fn ringing_file(id: BodyId, body: &Body, modes: &Modes<'_>, places: &[DVec3]) ->
         medium: modes.medium(),
         density: material.density,
         max_frequency: modes.max_frequency(),
-        statistical_above: None,
         surface,
         modes: list,
     };

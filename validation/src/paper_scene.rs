@@ -24,6 +24,7 @@ use clangor_core::timeline::{ContactKind, ContactRow, PoseRow, Timeline};
 use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::wav::SampleFormat;
 use clangor_pipeline::stages::render::{FullScale, RenderOptions, Transfers, render};
+use clangor_pipeline::stages::sound_models::patience::PATIENCE;
 use clangor_pipeline::stages::sound_models::{
     AccelerationSettings, SoundModelPlan, SoundModelSettings, SoundModelStore,
 };
@@ -136,9 +137,10 @@ impl Stage {
     ) -> Vec<SoundModel> {
         let highest = std::f64::consts::TAU * frequency / Medium::AIR.sound_speed;
         let settings = SoundModelSettings {
-            acceleration: AccelerationSettings::new(highest, ACCURACY, true),
+            acceleration: AccelerationSettings::new(highest, ACCURACY, PATIENCE),
             wants_acceleration: true,
             modal: None,
+            patience: f64::INFINITY,
         };
         let rules: Vec<SoundRule> = self.rules.iter().copied().map(SoundRule::from).collect();
         let plan = SoundModelPlan::new(&self.bodies, &rules, settings);

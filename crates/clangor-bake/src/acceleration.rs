@@ -1,6 +1,12 @@
 //! Acceleration noise of one body: picks a solver, solves at the frequencies that the band needs, and fits.
 
+mod cavities;
+mod cost;
+mod draft;
 mod frequencies;
+mod motion_fits;
+mod plan;
+mod prepared;
 mod solvers;
 
 use std::ops::ControlFlow;
@@ -14,9 +20,13 @@ use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::near_field::NearField;
 use num_complex::{Complex32, Complex64};
 
+pub(crate) use self::cavities::has_cavities;
+pub use self::draft::DRAFT_ACCURACY;
 use self::frequencies::{Band, FittedBand, solve_band};
-use self::solvers::{Prepared, prepare};
-pub(crate) use self::solvers::{has_cavities, watched};
+pub use self::plan::estimated_operations;
+use self::solvers::prepare;
+pub(crate) use self::solvers::watched;
+use crate::effort::Effort;
 use crate::fdtd::{WaveDevice, WaveError};
 use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::mesh::remesh::RemeshError;
@@ -48,13 +58,23 @@ pub struct BakeOptions {
     pub device: WaveDevice,
     /// Whether to keep the surface pressure for listeners inside the bounding sphere.
     pub near_field: bool,
+    /// How much work the bake may be. A draft has no near field.
+    pub effort: Effort,
 }
 
 impl BakeOptions {
     /// The solver that suits the body, on the processor, without a near field.
     pub fn new(max_wavenumber: f64, accuracy: f64) -> Self {
         let (method, device) = (Method::Auto, WaveDevice::Cpu);
-        BakeOptions { max_wavenumber, accuracy, method, device, near_field: false }
+        BakeOptions { max_wavenumber, accuracy, method, device, near_field: false, effort: Effort::Exact }
+    }
+
+    /// The draft of the same field: without the wish for an accuracy, a solver, or a near field, so that all
+    /// options of one band have the same draft.
+    #[must_use]
+    pub fn draft(self) -> Self {
+        let effort = Effort::Draft;
+        BakeOptions { effort, ..BakeOptions::new(self.max_wavenumber, DRAFT_ACCURACY) }
     }
 }
 
@@ -100,6 +120,14 @@ pub enum BakeError {
     /// The shape cannot be triangulated.
     #[error(transparent)]
     Shape(#[from] ShapeError),
+    /// No band is low enough for any solver.
+    #[error("no solver can take a body of {radius:.3} m even up to {wavenumber:.2e} 1/m")]
+    NoBand {
+        /// Bounding radius R \[m\].
+        radius: f64,
+        /// Lowest limit tried, k [1/m].
+        wavenumber: f64,
+    },
     /// The band needs more multipoles than a model can hold.
     #[error(
         "a body of {radius:.3} m needs multipoles to order {order} at {wavenumber:.4e} 1/m, more than the \
@@ -175,11 +203,18 @@ pub fn resume_bake(
     resumption: Resumption<'_>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
-    let Prepared { solver, spacing, method, unknowns, warnings } = prepare(geometry, options, progress)?;
-    let (model, mut evidence) = fitted_model(&*solver, spacing, options, resumption, progress)?;
-    evidence.method = method.into();
-    evidence.unknowns = unknowns;
-    evidence.warnings.extend(warnings);
+    let prepared = prepare(geometry, options, progress)?;
+    let options = BakeOptions { max_wavenumber: prepared.highest, ..*options };
+    let radius = prepared.solver.reference_radius();
+    let plan = SolvePlan {
+        spacing: prepared.spacing,
+        above: prepared.above.iter().map(|k| k * radius).collect(),
+        most_solves: prepared.most_solves,
+    };
+    let (model, mut evidence) = fitted_model(&*prepared.solver, &plan, &options, resumption, progress)?;
+    evidence.method = prepared.method.into();
+    evidence.unknowns = prepared.unknowns;
+    evidence.warnings.extend(prepared.warnings);
     Ok((model, evidence))
 }
 
@@ -194,12 +229,28 @@ pub fn bake_with(
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
     let resumption = Resumption { solved: Vec::new(), keep: &mut |_| () };
-    fitted_model(solver, spacing, options, resumption, progress)
+    fitted_model(solver, &SolvePlan::uniform(spacing), options, resumption, progress)
+}
+
+/// Which frequencies are solved.
+struct SolvePlan {
+    /// Of the first ones, in κ.
+    spacing: f64,
+    /// κ beyond the band, of a solver that knows them.
+    above: Vec<f64>,
+    /// Most of them; as many as the band may need without.
+    most_solves: Option<usize>,
+}
+
+impl SolvePlan {
+    fn uniform(spacing: f64) -> Self {
+        SolvePlan { spacing, above: Vec::new(), most_solves: None }
+    }
 }
 
 fn fitted_model(
     solver: &dyn RadiationSolver,
-    spacing: f64,
+    plan: &SolvePlan,
     options: &BakeOptions,
     resumption: Resumption<'_>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
@@ -215,14 +266,15 @@ fn fitted_model(
     // Adaptive choice of frequencies and rational fit.
     let band = Band {
         highest,
-        spacing,
+        spacing: plan.spacing,
+        above: plan.above.clone(),
         order,
         tolerance: 0.5 * options.accuracy,
-        most_solves: ((3.0 * highest / spacing) as usize).max(24),
+        most_solves: plan.most_solves.unwrap_or(((3.0 * highest / plan.spacing) as usize).max(24)),
     };
     let fitted = solve_band(solver, &band, resumption, progress)?;
     let mut warnings = Vec::new();
-    if fitted.held_out > options.accuracy {
+    if fitted.held_out > options.accuracy && options.effort == Effort::Exact {
         warnings.push(format!(
             "frequencies between those solved are off by {:.1e}, more than the {:.1e} asked for",
             fitted.held_out, options.accuracy
@@ -237,7 +289,7 @@ fn fitted_model(
     let evidence = Evidence {
         method: String::new(),
         unknowns: 0,
-        solves: fitted.samples.len(),
+        solves: fitted.solves,
         held_out_error: fitted.held_out,
         warnings,
     };
@@ -355,20 +407,23 @@ mod tests {
         let mut kept: Vec<Vec<SolvedFrequency>> = Vec::new();
         let mut keep = |solved: &[SolvedFrequency]| kept.push(solved.to_vec());
         let whole = Resumption { solved: Vec::new(), keep: &mut keep };
-        let (model, evidence) = fitted_model(&counting, 0.8, &options, whole, &mut go_on).unwrap();
+        let (model, evidence) =
+            fitted_model(&counting, &SolvePlan::uniform(0.8), &options, whole, &mut go_on).unwrap();
         let all = counting.solved.swap(0, Ordering::Relaxed);
         assert_eq!((all, kept.last().map(Vec::len)), (evidence.solves, Some(evidence.solves)));
         for solved in kept {
             let left = all - solved.len();
             let resumption = Resumption { solved, keep: &mut |_| () };
-            let (again, _) = fitted_model(&counting, 0.8, &options, resumption, &mut go_on).unwrap();
+            let (again, _) =
+                fitted_model(&counting, &SolvePlan::uniform(0.8), &options, resumption, &mut go_on).unwrap();
             assert!(again == model);
             assert_eq!(counting.solved.swap(0, Ordering::Relaxed), left);
         }
         // The result of a different order is ignored.
         let other = SolvedFrequency { asked: 4.0, sample: counting.solve(&[4.0], 3).unwrap().swap_remove(0) };
         let resumption = Resumption { solved: vec![other], keep: &mut |_| () };
-        let (again, _) = fitted_model(&counting, 0.8, &options, resumption, &mut go_on).unwrap();
+        let (again, _) =
+            fitted_model(&counting, &SolvePlan::uniform(0.8), &options, resumption, &mut go_on).unwrap();
         assert!(again == model);
     }
 }

@@ -140,9 +140,15 @@ pub enum WaveError {
 }
 
 /// Most cells of a grid: indices have 32 bits, and six grids of this size take 12 GB.
-const MOST_CELLS: usize = 256_000_000;
+pub(crate) const MOST_CELLS: usize = 256_000_000;
 /// Largest kh: 6 cells per wavelength.
 const MOST_PHASE: f64 = 1.05;
+
+/// Half the cells along an axis of a grid that holds the recording sphere and the absorbing layer, for a body
+/// of this radius in cells.
+fn half_width(radius: f64) -> f64 {
+    (RECORDING * radius).ceil() + (recorder::REACH + absorber::LAYER + 2) as f64
+}
 
 /// A body in its grid, ready to run.
 #[derive(Clone, Debug)]
@@ -181,8 +187,7 @@ impl WaveSolver {
                 most: MOST_PHASE / options.max_wavenumber,
             });
         }
-        // Grid that holds the recording sphere and the absorbing layer.
-        let half = (RECORDING * radius / h).ceil() + (recorder::REACH + absorber::LAYER + 2) as f64;
+        let half = half_width(radius / h);
         let cells = (2.0 * half).powi(3);
         if cells > MOST_CELLS as f64 {
             return Err(WaveError::TooLarge { cells: cells as usize, most: MOST_CELLS, spacing: h });
@@ -203,6 +208,13 @@ impl WaveSolver {
         // Sparse update rows of the cells near the body.
         let rows = Rows::new(cut, &lattice);
         Ok(WaveSolver { options, radius, lattice, centre, rows, closed })
+    }
+
+    /// Cells and steps of the run of each motion, for a body of bounding radius `radius` \[m\], cells of
+    /// `spacing` \[m\] and `longest` of [`WaveOptions`]; without the pulse, some hundred steps.
+    pub(crate) fn extent(radius: f64, spacing: f64, longest: f64) -> [f64; 2] {
+        let cells = (2.0 * half_width(radius / spacing)).powi(3);
+        [cells, (RECORDING + longest) * radius / (spacing * COURANT)]
     }
 
     /// Cells of the grid.

@@ -75,4 +75,10 @@ impl ElasticConstants {
             density,
         })
     }
+
+    /// E \[Pa\].
+    pub(crate) fn youngs_modulus(&self) -> f64 {
+        let ElasticConstants { lame_lambda: lambda, shear_modulus: mu, .. } = *self;
+        mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu)
+    }
 }

@@ -8,6 +8,7 @@
 //! | module | computes |
 //! |---|---|
 //! | [`acceleration`], [`modal`] | the two models of a body: choice of the solvers, fit, evidence |
+//! | [`cost`], [`effort`] | how much work a bake is, and may be |
 //! | [`geometry_class`] | class and symmetries of a geometry |
 //! | [`mesh`] | triangles of a surface, tetrahedra of a volume |
 //! | [`fem`], [`modal_analysis`] | stiffness and mass; modes and frequencies |
@@ -23,6 +24,8 @@
 
 pub mod acceleration;
 pub mod bem;
+pub mod cost;
+pub mod effort;
 pub mod fdtd;
 pub mod fem;
 pub mod fitting;
@@ -36,4 +39,5 @@ pub mod quadrature;
 pub mod radiation;
 pub mod reference;
 pub mod soundbank;
+pub mod statistical;
 pub mod stress;

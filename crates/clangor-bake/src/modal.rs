@@ -7,6 +7,9 @@
 //! A body whose lowest mode lies above the band is not an error: its model has no modes, and the evidence
 //! gives the lowest frequency.
 
+mod audible_modes;
+pub mod held_body;
+
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
@@ -17,17 +20,21 @@ use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 
 use crate::acceleration::{BakeError, BakeProgress};
+use crate::bem::axisymmetric::AxisymmetricOptions;
+pub use crate::effort::Effort;
 use crate::fem::{ElasticConstants, ElasticError};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
+use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::ModalError;
-use crate::modal_analysis::{
-    ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, modal_analysis,
-};
+use crate::modal_analysis::{ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress};
 use crate::modal_radiation::axisymmetric::AxisymmetricModalSolver;
 use crate::modal_radiation::surface_modes::SurfaceModes;
 use crate::modal_radiation::{ModalMotion, ModalSolver};
 use crate::radiation::RadiationError;
+use crate::statistical::add_synthetic_modes;
+use audible_modes::{audible_modes, statistical_remark};
+use held_body::Held;
 
 /// Settings of a modal bake.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +49,8 @@ pub struct ModalBakeOptions {
     pub most_nodes: usize,
     /// Level error of the transfers.
     pub accuracy: f64,
+    /// How much work the bake may be.
+    pub effort: Effort,
 }
 
 impl ModalBakeOptions {
@@ -53,9 +62,28 @@ impl ModalBakeOptions {
             mesh_error: 0.01,
             most_nodes: ModalAnalysisOptions::MOST_NODES,
             accuracy: 0.01,
+            effort: Effort::Exact,
+        }
+    }
+
+    /// The draft of the same band: without the wish for an accuracy.
+    #[must_use]
+    pub fn draft(self) -> Self {
+        let Self { medium, max_frequency, .. } = self;
+        ModalBakeOptions {
+            max_frequency,
+            mesh_error: DRAFT_MESH_ERROR,
+            accuracy: DRAFT_TRANSFER_ERROR,
+            effort: Effort::Draft,
+            ..Self::new(medium)
         }
     }
 }
+
+/// Relative error of the lowest frequency by the mesh that drafts aim at.
+const DRAFT_MESH_ERROR: f64 = 0.03;
+/// Level error of a transfer that drafts aim at.
+const DRAFT_TRANSFER_ERROR: f64 = 0.05;
 
 /// Quality of a model, and the evidence for it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -122,8 +150,9 @@ impl From<ModalAnalysisError> for ModalBakeError {
     }
 }
 
-/// Finds the modes of a body about its centre of mass, without transfers. Shapes are rounded to file
-/// precision, so that a resumed bake gives the same result.
+/// Finds the modes of a body about its centre of mass, without transfers, and synthetic ones above the band
+/// in which they can be found. Shapes are rounded to file precision, so that a resumed bake gives the same
+/// result.
 ///
 /// # Errors
 /// [`ModalBakeError`].
@@ -133,28 +162,45 @@ pub fn find_modes(
     options: &ModalBakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(ModalModel, ModalEvidence), ModalBakeError> {
+    find_held_modes(geometry, Held::default(), material, options, progress)
+}
+
+/// Like [`find_modes`], of a body with what holds it.
+///
+/// # Errors
+/// [`ModalBakeError`].
+pub fn find_held_modes(
+    geometry: &BakeGeometry,
+    held: Held<'_>,
+    material: &Material,
+    options: &ModalBakeOptions,
+    progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
+) -> Result<(ModalModel, ModalEvidence), ModalBakeError> {
     // Modal analysis.
     let constants = ElasticConstants::of(material)?;
-    let settings = ModalAnalysisOptions {
-        max_frequency: options.max_frequency,
-        accuracy: options.mesh_error,
-        most_nodes: options.most_nodes,
-    };
     let mut on_progress =
         |p: &ModalAnalysisProgress| progress(&BakeProgress { done: p.done, stage: "finding modes" });
-    let found = match modal_analysis(geometry, &constants, &settings, &mut on_progress) {
+    let body = (geometry, held);
+    let found = match audible_modes(body, (material, &constants), options, &mut on_progress) {
         // No mode in the band: an empty model with the lowest frequency.
         Err(ModalAnalysisError::Modes(ModalError::Silent { first, .. })) => {
             return Ok(silent(geometry, material, options, first));
         }
         found => found?,
     };
-    let ModalAnalysis { mut modes, surface, density, max_frequency, method, nodes, residual, warnings } =
+    let ModalAnalysis { mut modes, surface, density, max_frequency, method, nodes, residual, mut warnings } =
         found;
     // Round the shapes and assemble the model.
     modes.iter_mut().for_each(|mode| round_shape(&mut mode.shape));
     let (radius, medium) = (surface.radius(), options.medium);
-    let model = ModalModel { radius, medium, density, max_frequency, surface, modes };
+    let mut model =
+        ModalModel { radius, medium, density, max_frequency, statistical_above: None, surface, modes };
+    // Above the modes that were found: statistical ringing.
+    let volume =
+        geometry.mass_properties().map_err(|e| ModalAnalysisError::Mesh(StuffingError::Input(e)))?.volume;
+    if let Some(band) = add_synthetic_modes(&mut model, volume, material, options.max_frequency) {
+        warnings.push(statistical_remark(&model, &band, options));
+    }
     let evidence = ModalEvidence {
         mesh: method,
         nodes,
@@ -166,7 +212,8 @@ pub fn find_modes(
     Ok((model, evidence))
 }
 
-/// Computes the transfers of the modes.
+/// Computes the transfers of the modes, without those of synthetic ones
+/// ([`radiate_synthetic_modes`](crate::statistical::radiate_synthetic_modes)).
 ///
 /// # Errors
 /// [`ModalBakeError`]; the model is then unchanged.
@@ -180,15 +227,15 @@ pub fn radiate(
     if model.modes.is_empty() {
         return Ok(());
     }
-    let count = model.modes.len() as f64;
+    let known = model.known_modes();
+    let count = known.len() as f64;
     let mut on_progress =
         |done: f64| progress(&BakeProgress { done: (done / count).min(1.0), stage: "radiating modes" });
     if on_progress(0.0).is_break() {
         return Err(ModalBakeError::Interrupted);
     }
     let (solver, method) = solver(geometry, model, options)?;
-    let motions: Vec<ModalMotion<'_>> = model
-        .modes
+    let motions: Vec<ModalMotion<'_>> = known
         .iter()
         .map(|m| ModalMotion { wavenumber: wavenumber(m.frequency, options), shape: &m.shape })
         .collect();
@@ -200,6 +247,9 @@ pub fn radiate(
     Ok(())
 }
 
+/// Nodes on the shortest wave of a draft on the meridian.
+const DRAFT_NODES_PER_WAVE: f64 = 4.0;
+
 /// The radiation solver for a geometry.
 fn solver(
     geometry: &BakeGeometry,
@@ -207,10 +257,16 @@ fn solver(
     options: &ModalBakeOptions,
 ) -> Result<(Box<dyn ModalSolver>, &'static str), ModalBakeError> {
     if let Some(Axisymmetry { meridian, axis }) = geometry.axisymmetry() {
-        return Ok((
-            Box::new(AxisymmetricModalSolver::new(&meridian, axis)),
-            "boundary elements on the meridian",
-        ));
+        let solver = AxisymmetricModalSolver::new(&meridian, axis);
+        let solver = match options.effort {
+            Effort::Exact => solver,
+            Effort::Draft => solver.with_options(AxisymmetricOptions {
+                nodes_per_wavelength: DRAFT_NODES_PER_WAVE,
+                edge_levels: 2,
+                ..AxisymmetricOptions::new(0.0)
+            }),
+        };
+        return Ok((Box::new(solver), "boundary elements on the meridian"));
     }
     let quarters;
     let triangles = match geometry.boundary_choice() {
@@ -220,8 +276,21 @@ fn solver(
             &quarters
         }
     };
-    let highest = model.modes.last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
-    let solver = SurfaceModes::try_new(triangles, highest, model.modes.len(), options.accuracy)?;
+    let highest = model.known_modes().last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
+    let solver = match options.effort {
+        Effort::Exact => {
+            let count = model.known_modes().len();
+            match SurfaceModes::try_new(triangles, highest, count, options.accuracy) {
+                Ok(exact) => exact,
+                // A body too large or too thin for the accuracy rings by a draft of its sound.
+                Err(_) => {
+                    let method = "boundary elements on few triangles, as a draft";
+                    return Ok((Box::new(SurfaceModes::draft(triangles)?), method));
+                }
+            }
+        }
+        Effort::Draft => SurfaceModes::draft(triangles)?,
+    };
     let method = solver.method();
     Ok((Box::new(solver), method))
 }
@@ -243,6 +312,7 @@ fn silent(
         medium: options.medium,
         density: material.density,
         max_frequency: options.max_frequency,
+        statistical_above: None,
         surface: ModalSurface::default(),
         modes: Vec::new(),
     };

@@ -15,7 +15,9 @@ pub(crate) mod axisymmetric;
 pub mod eigensolver;
 mod immersed_body;
 mod mirrored_box;
+pub mod modal_density;
 mod plate_mesh;
+mod supported;
 mod volume_fem;
 
 use std::borrow::Cow;
@@ -27,14 +29,15 @@ use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
 use crate::fem::finite_cells::WrongCell;
-use crate::fem::supports::{Support, SupportError};
+use crate::fem::supports::SupportError;
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;
-use immersed_body::ImmersedBody;
+use immersed_body::{CellEffort, ImmersedBody};
+pub use supported::{draft_supported_modal_analysis, supported_modal_analysis};
 use volume_fem::VolumeFem;
 
 /// Settings of a modal analysis.
@@ -142,6 +145,20 @@ pub enum ModalAnalysisError {
     Interrupted,
 }
 
+impl ModalAnalysisError {
+    /// Whether more tetrahedra are needed than allowed, or none fit: cells need fewer nodes and no mesh.
+    fn is_unfillable(&self) -> bool {
+        use ModalAnalysisError::{Mesh, TooFine, TooLarge};
+        use StuffingError::{Tetrahedra, Unresolved};
+        matches!(
+            self,
+            TooFine { .. }
+                | TooLarge { .. }
+                | Mesh(StuffingError::TooFine { .. } | Unresolved { .. } | Tetrahedra(_))
+        )
+    }
+}
+
 /// Largest number of meshes.
 const MOST_MESHES: usize = 5;
 /// Factor on the limit for the coarsest spectrum, whose frequencies are too high.
@@ -192,7 +209,7 @@ pub fn modal_analysis_by(
             refined(&AxisymmetricBody::new(axisymmetry, constants), constants, options, progress)
         }
         ModalChoice::Cells(surface) => {
-            let body = ImmersedBody::new(surface, constants, options.most_nodes)?;
+            let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Accurate)?;
             refined(&body, constants, options, progress)
         }
         ModalChoice::Tetrahedra(surface) => {
@@ -200,17 +217,8 @@ pub fn modal_analysis_by(
             let filled = VolumeFem::of(choice, constants, options.most_nodes)
                 .and_then(|body| refined(&body, constants, options, progress));
             match filled {
-                // More tetrahedra than allowed, or none that fit: cells need fewer nodes and no mesh.
-                Err(
-                    ModalAnalysisError::TooFine { .. }
-                    | ModalAnalysisError::TooLarge { .. }
-                    | ModalAnalysisError::Mesh(
-                        StuffingError::TooFine { .. }
-                        | StuffingError::Unresolved { .. }
-                        | StuffingError::Tetrahedra(_),
-                    ),
-                ) => refined(
-                    &ImmersedBody::new(surface, constants, options.most_nodes)?,
+                Err(error) if error.is_unfillable() => refined(
+                    &ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Accurate)?,
                     constants,
                     options,
                     progress,
@@ -225,33 +233,26 @@ pub fn modal_analysis_by(
     }
 }
 
-/// Finds all modes of a body that supports hold, up to a frequency: like [`modal_analysis()`], with the
-/// motions that were rigid among them. Dampers of the supports do not change the modes;
-/// [`support_damping`](crate::fem::supports::support_damping) gives their rate.
+/// A draft of [`modal_analysis()`]: closed surfaces that are neither flat plates nor of revolution in a few
+/// large cells, whatever their walls and creases; the error of each mode says how far off it may be.
 ///
 /// # Errors
-/// [`ModalAnalysisError`].
-pub fn supported_modal_analysis(
+/// As [`modal_analysis()`].
+pub fn draft_modal_analysis(
     geometry: &BakeGeometry,
     constants: &ElasticConstants,
-    supports: &[Support],
     options: &ModalAnalysisOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
 ) -> Result<ModalAnalysis, ModalAnalysisError> {
-    if supports.is_empty() {
-        return modal_analysis(geometry, constants, options, progress);
-    }
     check(options)?;
-    supports.iter().enumerate().try_for_each(|(index, support)| support.check(index))?;
-    let choice = match geometry.modal_choice().map_err(StuffingError::Input)? {
-        ModalChoice::Section(_) => match geometry {
-            BakeGeometry::Ellipsoid { semi_axes } => ModalChoice::Ball(*semi_axes),
-            _ => return Err(SupportError::Revolution.into()),
-        },
-        other => other,
-    };
-    let body = VolumeFem::of(choice, constants, options.most_nodes)?.held_by(supports);
-    refined(&body, constants, options, progress).map(|(analysis, _)| analysis)
+    let choice = geometry.modal_choice().map_err(StuffingError::Input)?;
+    match choice {
+        ModalChoice::Tetrahedra(surface) | ModalChoice::Cells(surface) => {
+            let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Draft)?;
+            refined(&body, constants, options, progress).map(|(analysis, _)| analysis)
+        }
+        other => modal_analysis_by(other, constants, options, progress).map(|(analysis, _)| analysis),
+    }
 }
 
 fn check(options: &ModalAnalysisOptions) -> Result<(), ModalAnalysisError> {
@@ -285,6 +286,18 @@ pub(crate) trait RefinableDiscretization {
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
     /// All modes up to a limit \[Hz\].
     fn solve(&self, mesh: &Self::Mesh, limit: f64) -> Result<Spectrum<Self::Modes>, ModalAnalysisError>;
+    /// 2ξω [1/s] of the first `count` modes by the dampers of supports.
+    ///
+    /// # Errors
+    /// [`SupportError`].
+    fn support_damping(
+        &self,
+        _mesh: &Self::Mesh,
+        _modes: &Self::Modes,
+        count: usize,
+    ) -> Result<Vec<f64>, SupportError> {
+        Ok(vec![0.0; count])
+    }
     /// The matrices of a mesh, if there is one system of the whole body.
     fn system(&self, mesh: &Self::Mesh) -> Option<ElasticSystem>;
     /// The surface and the first `count` shapes there.
@@ -358,12 +371,14 @@ fn refined<B: RefinableDiscretization>(
     }
     errors.truncate(count);
     let (surface, shapes) = body.shapes(&mesh, &spectrum.modes, count);
+    let damping = body.support_damping(&mesh, &spectrum.modes, count)?;
     let (nodes, _) = body.size(&mesh);
     tell(1.0, nodes)?;
     let error = |k: usize| errors.get(k).copied().unwrap_or(f64::NAN);
     let mode = |(k, shape): (usize, Vec<DVec3>)| ModalMode {
         frequency: spectrum.frequencies[k],
         mesh_error: error(k),
+        support_damping: damping[k],
         shape,
         transfer: None,
     };

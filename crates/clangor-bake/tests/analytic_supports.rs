@@ -1,7 +1,7 @@
 //! Beams that are clamped, sprung and free, against the textbook (Euler and Bernoulli; slender enough for
 //! 0.5 %), and what cannot hold a body.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
 
 use clangor_bake::fem::ElasticConstants;
@@ -10,7 +10,8 @@ use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal_analysis::{
     ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, supported_modal_analysis,
 };
-use clangor_core::glam::DVec3;
+use clangor_core::geometry::meridian::{Meridian, Piece};
+use clangor_core::glam::{DVec2, DVec3};
 use clangor_core::material::presets::STEEL;
 
 /// Length, height, width \[m\].
@@ -148,4 +149,43 @@ fn what_cannot_hold_a_body_is_refused() {
     assert_eq!(error, SupportError::Free { motions: 3 });
     let error = refused(&[clamp(0.1, 0.1)]);
     assert!(matches!(error, SupportError::Value { what: "extent", .. }), "{error}");
+}
+
+/// A tube along y, 0.5 mm thick: of revolution until something holds it, then solved in cells.
+const TUBE: [f64; 3] = [0.4, 0.0045, 0.005];
+
+fn tube_modes(supports: &[Support], limit: f64) -> ModalAnalysis {
+    let [length, inner, outer] = TUBE;
+    let corners = [[inner, -0.5], [outer, -0.5], [outer, 0.5], [inner, 0.5]];
+    let corner = |k: usize| DVec2::new(corners[k % 4][0], length * corners[k % 4][1]);
+    let pieces = (0..4).map(|k| Piece::Line { from: corner(k), to: corner(k + 1) }).collect();
+    let body = BakeGeometry::axisymmetric(Meridian::try_new(pieces).unwrap());
+    let constants = ElasticConstants::of(&STEEL.material()).unwrap();
+    let options = ModalAnalysisOptions { accuracy: 0.005, ..ModalAnalysisOptions::to(limit) };
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let found = supported_modal_analysis(&body, &constants, supports, &options, go_on).unwrap();
+    println!("{} on {} nodes", found.method, found.nodes);
+    assert!(found.method.starts_with("cells"), "{}", found.method);
+    found
+}
+
+fn ring(from: f64, to: f64) -> SupportRegion {
+    SupportRegion::Box { low: DVec3::new(-1.0, from, -1.0), high: DVec3::new(1.0, to, 1.0) }
+}
+
+#[test]
+#[ignore = "minutes"]
+fn a_tube_in_cells_on_an_even_bed_bounces_in_six_ways() {
+    let own: f64 = 50.0;
+    let [length, inner, outer] = TUBE;
+    let mass = STEEL.density * length * PI * (outer * outer - inner * inner);
+    let stiffness = DVec3::splat((TAU * own).powi(2) * mass);
+    let ratio = 0.02;
+    let damping = DVec3::splat(2.0 * ratio * mass * TAU * own);
+    let bed = Support { region: ring(-1.0, 1.0), kind: SupportKind::Sprung { stiffness, damping } };
+    let found = tube_modes(&[bed], 1.2 * own);
+    agree(&found, &[own; 6]);
+    for mode in &found.modes {
+        assert!((mode.support_damping_ratio() / ratio - 1.0).abs() < 0.01, "{}", mode.support_damping);
+    }
 }

@@ -159,7 +159,7 @@ fn false_flux_is_not_heard() {
     let kappa = 0.05;
     let solver = TriangleSolver::try_new(&sphere, kappa, Equation::BurtonMiller).expect("small");
     let power = |loads: Vec<f64>| {
-        let coefficients = solver.radiate(kappa, 4, 1.0, &[loads]).expect("a solution").remove(0);
+        let coefficients = solver.radiate(kappa, 4, 1.0, &[loads], None).expect("a solution").remove(0);
         ModalTransfer { order: 4, coefficients }.power(kappa)
     };
     // U·n is a harmonic of n = 2, with ∫ (U·n)² dΩ = 16π/15.
@@ -194,4 +194,30 @@ fn bad_input_and_interruption_are_errors() {
     assert!(BemModalSolver::try_new(&open, 1.0, 0.05).is_err());
     assert!(BemModalSolver::try_new(&sphere, f64::NAN, 0.05).is_err());
     assert!(solve(&solver, &surface, &[]).is_empty());
+}
+
+#[test]
+fn few_motions_and_many_have_the_same_multipoles() {
+    const ORDER: usize = 4;
+    let mesh = shape("ellipsoid:0.03x0.02x0.011@0.008");
+    let (k, radius) = (150.0, 0.03);
+    let solver = TriangleSolver::try_new(&mesh, k, Equation::BurtonMiller).expect("small");
+    let load = |motion: usize| -> Vec<f64> {
+        (0..mesh.vertices.len()).map(|v| ((v * (motion + 2)) as f64).sin() * 1e-5).collect()
+    };
+    // Three motions are solved for themselves; more than there are harmonics, for the harmonics.
+    let few: Vec<Vec<f64>> = (0..3).map(load).collect();
+    let many: Vec<Vec<f64>> = few.iter().cycle().take((ORDER + 1).pow(2) + 2).cloned().collect();
+    let harmonics = solver.surface_harmonics(ORDER + 2, radius).expect("little memory");
+    let by_motion = solver.radiate(k, ORDER, radius, &few, None).expect("finite");
+    let by_harmonic = solver.radiate(k, ORDER, radius, &many, Some(&harmonics)).expect("finite");
+    for (a, b) in by_motion.iter().zip(&by_harmonic) {
+        // Solutions in single precision.
+        assert!(apart(a, b) < 3e-5, "{:.1e}", apart(a, b));
+    }
+    // Harmonics that are kept are those computed on the way.
+    let kept = solver.radiate(k, ORDER, radius, &few, Some(&harmonics)).expect("finite");
+    for (a, b) in by_motion.iter().zip(&kept) {
+        assert!(apart(a, b) < 1e-7, "{:.1e}", apart(a, b));
+    }
 }

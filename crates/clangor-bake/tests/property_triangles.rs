@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use clangor_bake::bem::triangles::field::field;
 use clangor_bake::bem::triangles::{Equation, MOST_UNKNOWNS, TriangleSolver};
+use clangor_bake::fitting::multipole_projection::{SurfacePoint, project};
 use clangor_bake::geometry_class::mirror_symmetry::mirror_planes;
 use clangor_bake::mesh::remesh::{RemeshOptions, remesh_symmetric};
 use clangor_bake::quadrature::gauss_legendre;
@@ -220,4 +221,48 @@ fn too_many_unknowns_are_refused() {
     let expected =
         RadiationError::TooLarge { unknowns: MOST_UNKNOWNS + 1, most: MOST_UNKNOWNS, wavenumber: PI };
     assert_eq!(refused, Some(expected));
+}
+
+#[test]
+fn multipoles_from_the_cell_are_those_of_the_whole_surface() {
+    const ORDER: usize = 9;
+    // A turned body with three mirror planes, and one without any.
+    let turn = DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5));
+    let mut mesh = Shape::parse("box:0.03x0.02x0.012").expect("a shape").mesh();
+    mesh.vertices.iter_mut().for_each(|v| *v = turn * *v);
+    let options = RemeshOptions { min_edge: 0.003, max_edge: 0.005 };
+    let planes = DVec3::AXES.map(|axis| turn * axis);
+    for planes in [&planes[..], &planes[..1], &[]] {
+        let (symmetric, _) = remesh_symmetric(&mesh, planes, &options).expect("a mesh");
+        let solver = TriangleSolver::try_symmetric(&symmetric, 400.0, Equation::BurtonMiller).expect("small");
+        let (whole, radius) = (solver.surface().expect("a surface"), solver.reference_radius());
+        for k in [0.5, 150.0, 400.0] {
+            let sample = solver.solve(&[k], ORDER).expect("finite").remove(0);
+            // Dunavant's rule of six points.
+            let (mut points, mut pressures) = (Vec::new(), Vec::new());
+            for (t, corners) in whole.triangles.iter().enumerate() {
+                for (a, weight) in
+                    [(0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322)]
+                {
+                    for k in 0..3 {
+                        let shares: [f64; 3] =
+                            std::array::from_fn(|i| if i == k { 1.0 - 2.0 * a } else { a });
+                        let places = whole.corners(t);
+                        let position = (0..3).map(|i| places[i] * shares[i]).sum();
+                        points.push(SurfacePoint { position, area: whole.area_vector(t) * weight });
+                        let at = corners.map(|v| sample.surface_pressure[v as usize]);
+                        pressures.push(std::array::from_fn(|d| (0..3).map(|i| at[i][d] * shares[i]).sum()));
+                    }
+                }
+            }
+            let expected = project(&points, &pressures, sample.wavenumber, radius, ORDER);
+            for (d, (seen, expected)) in sample.coefficients.iter().zip(&expected).enumerate() {
+                let size: f64 = expected.iter().map(|c| c.norm_sqr()).sum::<f64>().sqrt();
+                let apart: f64 =
+                    seen.iter().zip(expected).map(|(a, b)| (a - b).norm_sqr()).sum::<f64>().sqrt();
+                // The same sums in double precision, in another order.
+                assert!(apart < 1e-9 * size, "{d} of {} at {k}: {apart:.1e} of {size:.1e}", planes.len());
+            }
+        }
+    }
 }

@@ -1,15 +1,14 @@
-//! Reports of a bake about walls thinner than its triangles resolve and bodies too large for the band.
+//! Reports of a bake about walls thinner than its triangles resolve, and bands that are too wide for a body.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::{BakeError, BakeOptions, Evidence, Method, bake};
-use clangor_bake::fdtd::WaveError;
+use clangor_bake::acceleration::{BakeError, BakeOptions, Evidence, Method, bake, estimated_operations};
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
-use clangor_bake::radiation::RadiationError;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::meridian::Meridian;
 use clangor_core::shape::Shape;
+use glam::DVec3;
 
 fn wavenumber(frequency: f64) -> f64 {
     TAU * frequency / 343.0
@@ -47,20 +46,35 @@ fn thin_walls_are_warned_of_with_their_place() {
 }
 
 #[test]
-fn a_body_too_large_for_the_band_is_refused_before_the_work() {
-    let mug = mesh("mug");
-    let refused = evidence(&mug, 150e3, 0.02, Method::Bem);
-    let Err(BakeError::Radiation(RadiationError::TooLarge { unknowns, most, wavenumber: k })) = refused
-    else {
-        panic!("{refused:?}")
+fn a_body_too_large_for_the_band_has_a_narrower_one() {
+    let door = BakeGeometry::RoundedBox { edges: DVec3::new(2.0, 0.8, 0.04), round: 0.0 };
+    for (geometry, frequency) in [(mesh("mug"), 150e3), (door, 20e3)] {
+        let options = BakeOptions::new(wavenumber(frequency), 0.02);
+        let operations = estimated_operations(&geometry, &options).unwrap();
+        println!("{operations:.1e}");
+        assert!(operations > 0.0 && operations < 2e13, "{operations:e}");
+    }
+}
+
+#[test]
+fn a_block_too_large_for_patches_has_triangles() {
+    let block = BakeGeometry::RoundedBox { edges: DVec3::new(0.12, 0.3, 0.12), round: 0.0 };
+    let operations = |method| {
+        let options = BakeOptions { method, ..BakeOptions::new(wavenumber(20e3), 0.01) };
+        estimated_operations(&block, &options).unwrap()
     };
-    assert!(unknowns > 10 * most && k == wavenumber(150e3), "{unknowns} {most} {k}");
-    let refused = evidence(&mug, 400e3, 0.02, Method::Auto);
-    let Err(BakeError::Wave(WaveError::TooLarge { cells, most, .. })) = refused else {
-        panic!("{refused:?}")
-    };
-    assert!(cells > most, "{cells} {most}");
-    let ball = BakeGeometry::axisymmetric(Meridian::spheroid(10.0, 10.0).unwrap());
-    let refused = evidence(&ball, 20e3, 0.01, Method::Auto);
-    assert!(matches!(refused, Err(BakeError::Multipoles { order: 3667, most: 150, .. })), "{refused:?}");
+    // The named method takes the whole band whatever the work is; without a name, so does the same one.
+    let [auto, elements] = [Method::Auto, Method::Bem].map(operations);
+    println!("{auto:.2e} {elements:.2e}");
+    assert_eq!(auto, elements);
+}
+
+#[test]
+#[ignore = "a minute"]
+fn a_narrower_band_is_said() {
+    // κ = 144 is the end of what a model holds: here with as few waves as possible.
+    let needle = BakeGeometry::axisymmetric(Meridian::spheroid(0.02, 3.0).unwrap());
+    let evidence = evidence(&needle, 20e3, 0.02, Method::Auto).unwrap();
+    let [warning] = &evidence.warnings[..] else { panic!("{:?}", evidence.warnings) };
+    assert!(warning.starts_with("it clicks exactly up to 2.6 kHz in air and not at all above"), "{warning}");
 }

@@ -60,13 +60,20 @@ fn source(random: &mut SplitMix) -> Arc<ModalSource> {
         let coefficient = |_| Complex64::new(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0));
         let coefficients: Vec<_> = (0..(order + 1).pow(2)).map(coefficient).collect();
         let transfer = Some(ModalTransfer { order, coefficients });
-        ModalMode { frequency, mesh_error: 0.0, shape: vec![random.direction(); 6], transfer }
+        ModalMode {
+            frequency,
+            mesh_error: 0.0,
+            support_damping: 0.0,
+            shape: vec![random.direction(); 6],
+            transfer,
+        }
     });
     let model = ModalModel {
         radius,
         medium: Medium::AIR,
         density: 2700.0,
         max_frequency: 20_000.0,
+        statistical_above: None,
         modes: modes.collect(),
         surface: ModalSurface { nodes, triangles: vec![[0, 1, 2, 3, 4, 5]] },
     };

@@ -110,6 +110,7 @@ fn voice() -> f64 {
     let modes = plate().into_iter().enumerate().map(|(i, (transfer, _))| ModalMode {
         frequency: 20_000.0 * (i + 1) as f64 / 77.0,
         mesh_error: 0.0,
+        support_damping: 0.0,
         shape: vec![DVec3::Y; 6],
         transfer: Some(transfer),
     });
@@ -118,6 +119,7 @@ fn voice() -> f64 {
         medium: Medium::AIR,
         density: 2700.0,
         max_frequency: 20_000.0,
+        statistical_above: None,
         surface: ModalSurface {
             nodes: corners.into_iter().chain(middles).collect(),
             triangles: vec![[0, 1, 2, 3, 4, 5]],

@@ -3,6 +3,8 @@
 //! A [`World`] is the input of `clangor-sim`: a scene with its files read, its copies placed and its shapes
 //! converted to surfaces.
 
+pub mod support;
+
 use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
@@ -14,11 +16,12 @@ use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::principal_curvature::Curvature;
 pub use crate::geometry::solid::MeshError;
 use crate::geometry::solid::check_solid;
-use crate::geometry::surface_tree::SurfaceTree;
+use crate::geometry::surface_tree::{NearestPoint, SurfaceTree};
 use crate::geometry::tri_mesh::TriMesh;
 use crate::geometry::vertex_curvature::principal_curvatures;
 use crate::material::Material;
 use crate::pose::{Pose, Track};
+use support::Support;
 
 /// Index of a body in [`World::bodies`]; bodies that are born later follow, in the order of their births.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -80,12 +83,17 @@ impl MeshSurface {
     /// [`MeshError`] if the mesh does not bound a solid.
     pub fn try_new(mesh: TriMesh, parts: Vec<ConvexPart>) -> Result<(Self, MassProperties), MeshError> {
         let mass = check_solid(&mesh)?.mass;
+        Ok((Self::of_solid(&mesh, &mass, &parts), mass))
+    }
+
+    /// As [`try_new`](Self::try_new) for a mesh that is known to bound a solid of these mass properties.
+    pub fn of_solid(mesh: &TriMesh, mass: &MassProperties, parts: &[ConvexPart]) -> Self {
         let mesh = mesh.relative_to(mass.centre_of_mass);
         let parts = parts.iter().map(|p| p.relative_to(mass.centre_of_mass)).collect();
         let tree = SurfaceTree::new(&mesh);
         let mean_curvature = mean_curvature(&mesh);
         let curvature = principal_curvatures(&mesh);
-        Ok((MeshSurface { mesh, mean_curvature, curvature, parts, volume: mass.volume, tree }, mass))
+        MeshSurface { mesh, mean_curvature, curvature, parts, volume: mass.volume, tree }
     }
 
     /// A surface as a timeline stores it: centred, with the mean curvature [1/m] per vertex, which holds in
@@ -138,6 +146,11 @@ impl MeshSurface {
             sum + nearest.weights[k] * self.curvature[corners[k] as usize].tensor(normal)
         });
         Curvature::of_tensor(tensor, normal)
+    }
+
+    /// The point of the surface nearest to `point_body`; `None` without triangles.
+    pub fn nearest(&self, point_body: DVec3) -> Option<NearestPoint> {
+        self.tree.nearest(&self.mesh, point_body)
     }
 
     /// Outward unit normal at the point of the surface nearest to `point_body`; `None` for an open surface.
@@ -308,6 +321,8 @@ pub struct Body {
     pub edge_radius: f64,
     /// Span of its existence.
     pub life: Life,
+    /// What holds it; empty for a body that nothing holds.
+    pub supports: Vec<Support>,
 }
 
 /// Default edge radius as a fraction of the bounding radius.
@@ -339,6 +354,7 @@ impl Body {
             angular_velocity: DVec3::ZERO,
             motion: Motion::Free,
             life: Life::LASTING,
+            supports: Vec::new(),
         }
     }
 
@@ -375,6 +391,7 @@ impl Body {
             motion: Motion::Fixed,
             edge_radius: 0.0,
             life: Life::LASTING,
+            supports: Vec::new(),
         }
     }
 
@@ -418,6 +435,12 @@ impl Body {
     #[must_use]
     pub fn with_edge_radius(self, edge_radius: f64) -> Self {
         Body { edge_radius, ..self }
+    }
+
+    /// The same body with other supports.
+    #[must_use]
+    pub fn with_supports(self, supports: Vec<Support>) -> Self {
+        Body { supports, ..self }
     }
 
     /// The same body with another span of existence.

@@ -2,6 +2,7 @@
 //!
 //! * [`tri_mesh`]: triangles; [`topology`]: which triangles share an edge; [`refine`]: smaller triangles;
 //! * [`solid`]: whether a mesh bounds a solid, and what is wrong with it if not;
+//! * [`mend`]: small faults of files;
 //! * [`mass_properties`], [`principal_axes`]: volume, centre of mass, inertia;
 //! * [`principal_curvature`], which sets the contact time; [`vertex_curvature`]: the same on a mesh;
 //! * [`curvature`]: mean curvature and normals at vertices;
@@ -14,6 +15,7 @@ pub mod curvature;
 pub mod hull;
 pub mod icosahedron;
 pub mod mass_properties;
+pub mod mend;
 pub mod meridian;
 mod mesh_error;
 pub mod parts_fit;

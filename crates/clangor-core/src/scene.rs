@@ -20,6 +20,8 @@ pub mod render_description;
 pub mod scene_description;
 pub mod simulation_description;
 mod suggest;
+pub mod support_description;
+pub mod support_problem;
 
 pub use instantiate::instantiate;
 pub use scene_description::{MAX_BODIES, STANDARD_GRAVITY, Scene, VERSION};

@@ -39,6 +39,7 @@ fn part(orders: &[Option<usize>], seed: f64) -> ModalPart {
     let mode = |(at, order): (usize, &Option<usize>)| ModalMode {
         frequency: 1234.5 * (1.0 + at as f64) + seed,
         mesh_error: 1e-3 * wave(at).abs(),
+        support_damping: 0.0,
         shape: (0..10).map(|i| DVec3::new(wave(i + at), wave(3 * i), -wave(7 * i + at))).collect(),
         transfer: order.map(|order| ModalTransfer {
             order,
@@ -52,6 +53,7 @@ fn part(orders: &[Option<usize>], seed: f64) -> ModalPart {
         medium: Medium::AIR,
         density: 7850.0,
         max_frequency: 20_000.0,
+        statistical_above: (seed > 3.0).then_some(1000.0 * seed),
         surface,
         modes: orders.iter().enumerate().map(mode).collect(),
     };

@@ -77,6 +77,7 @@ fn plate([from, to]: [f64; 2], turn: DQuat, lowest: f64) -> Arc<ModalSource> {
         ModalMode {
             frequency: lowest * wave * SIZE.x * SIZE.x,
             mesh_error: 0.0,
+            support_damping: 0.0,
             shape: nodes.iter().map(shape).collect(),
             transfer: Some(ModalTransfer { order: 0, coefficients: vec![Complex64::new(1.0 + m, n - 0.5)] }),
         }
@@ -86,6 +87,7 @@ fn plate([from, to]: [f64; 2], turn: DQuat, lowest: f64) -> Arc<ModalSource> {
         medium: Medium::AIR,
         density: DENSITY,
         max_frequency: 20_000.0,
+        statistical_above: None,
         surface: ModalSurface { nodes: nodes.iter().map(|x| turn * *x).collect(), triangles },
         modes: modes.to_vec(),
     };

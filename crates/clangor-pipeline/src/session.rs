@@ -36,7 +36,7 @@ mod struck_model;
 mod struck_sound;
 mod web_export;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -177,6 +177,7 @@ impl<'p> Session<'p> {
                 acceleration: model_options.acceleration(synthesis.max_wavenumber()),
                 wants_acceleration: options.parts.acceleration,
                 modal: Some(modal).filter(|_| options.parts.modal),
+                patience: model_options.patience(),
             };
             let plan = SoundModelPlan::new(&source.bodies, &source.rules, settings);
             match *acceleration_rule {
@@ -238,7 +239,8 @@ impl<'p> Session<'p> {
         if self.models.is_none() {
             let contacts = self.motion.iter().flat_map(|motion| &motion.timeline.contacts);
             let struck: BTreeSet<BodyId> = contacts.flat_map(|row| [row.body_a, row.body_b]).collect();
-            let plan = self.plan().clone();
+            let mut plan = self.plan().clone();
+            plan.give_energies(self.impact_energies());
             let bank = default_bank();
             let store = SoundModelStore { cache: self.cache.as_ref(), bank: bank.as_ref() };
             let on_progress = &mut self.on_progress;
@@ -253,6 +255,19 @@ impl<'p> Session<'p> {
             self.models = Some(models);
         }
         Ok(self.models.get_or_insert_default())
+    }
+
+    /// Energy Σ J²/2m that impacts give each body \[J\].
+    fn impact_energies(&self) -> BTreeMap<BodyId, f64> {
+        let mut energies = BTreeMap::new();
+        for row in self.motion.iter().flat_map(|motion| &motion.timeline.contacts) {
+            let square = row.impulse_n * row.impulse_n + row.impulse_t.length_squared();
+            for id in [row.body_a, row.body_b] {
+                let mass = self.source.bodies.get(id.index()).map_or(f64::INFINITY, |body| body.mass);
+                *energies.entry(id).or_insert(0.0) += 0.5 * square / mass;
+            }
+        }
+        energies
     }
 
     /// Checks whether the files of [`render`](Self::render) can be written, before a long simulation.

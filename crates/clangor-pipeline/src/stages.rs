@@ -1,5 +1,6 @@
 //! The stages from a scene to its sound: load, simulate, obtain sound models, render.
 
+pub mod bake_costs;
 pub mod body_facts;
 mod breakables;
 pub mod collision_parts;

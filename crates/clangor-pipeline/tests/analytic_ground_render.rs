@@ -1,6 +1,8 @@
 //! A ball that falls onto soil, from the text of a scene to the file: what the ground sends straight up is
 //! its impedance, p = −ρ F′(t − h/c) / (2πh ρ_s c_P).
 
+mod falling_balls;
+
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -11,13 +13,12 @@ use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::scene::render_description::{GroundSound, Parts};
 use clangor_core::synthesis::ground::HalfSpace;
-use clangor_core::synthesis::{Listener, RenderSettings, SoundSource};
-use clangor_core::synthesis::{SoundModel, SoundPart};
+use clangor_core::synthesis::{Listener, SoundPart};
 use clangor_core::timeline::Timeline;
-use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 use clangor_pipeline::stages::load::{LoadedScene, scene_from_text};
-use clangor_pipeline::stages::render::{FullScale, RenderOptions, RenderSummary, Transfers, render};
+use clangor_pipeline::stages::render::{RenderOptions, RenderSummary};
 use clangor_pipeline::stages::simulate::simulate_impacts;
+use falling_balls::{options, render_spheres, samples};
 
 const HEIGHT: f64 = 100.0;
 const SCENE: &str = r#"
@@ -55,37 +56,14 @@ fn hear(
     parts: Parts,
     file: &Path,
 ) -> RenderSummary {
-    let settings = &loaded.scene.render;
+    let forces = ForceSettings { profile: loaded.scene.render.pulse, ..ForceSettings::default() };
     let options = RenderOptions {
-        listeners: vec![Listener::fixed("kite", DVec3::Y * HEIGHT)],
-        contact: ContactSettings {
-            forces: ForceSettings { profile: settings.pulse, ..ForceSettings::default() },
-            ..ContactSettings::default()
-        },
-        synthesis: RenderSettings::default(),
+        contact: ContactSettings { forces, ..ContactSettings::default() },
         parts,
-        transfers: Transfers::Baked,
-        rolling: None,
         ground,
-        inherit_vibration: true,
-        to: 0.9,
-        format: SampleFormat::Float32,
-        full_scale: FullScale::Pascals(1e-6),
-        compressor: None,
-        stems: true,
-        note: String::new(),
+        ..options(Listener::fixed("kite", DVec3::Y * HEIGHT), 0.9)
     };
-    let bodies = &loaded.world.bodies;
-    let models: Vec<SoundModel> =
-        SoundSource::spheres(bodies).into_iter().map(SoundModel::without_modes).collect();
-    render(bodies, &models, timeline, &options, file, &mut |_| ControlFlow::Continue(())).unwrap()
-}
-
-fn samples(path: &Path) -> Vec<f64> {
-    let mut samples = Vec::new();
-    let mut reader = WavReader::open(path).unwrap();
-    while reader.read(&mut samples, 1 << 16).unwrap() > 0 {}
-    samples.into_iter().map(|p: f32| 1e-6 * f64::from(p)).collect()
+    render_spheres(loaded, timeline, &options, file)
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Balls that fall onto endless plates, from the text of a scene to the motion and the file: Zener's
 //! restitution with both solvers, and the far field straight above.
 
+mod falling_balls;
+
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -10,13 +12,12 @@ use clangor_core::contact::{ContactSettings, PoseHistory, impact_pulses};
 use clangor_core::glam::DVec3;
 use clangor_core::material::ThinPlate;
 use clangor_core::medium::Medium;
-use clangor_core::scene::render_description::{GroundSound, Parts};
-use clangor_core::synthesis::{Listener, RenderSettings, SoundModel, SoundPart, SoundSource};
+use clangor_core::synthesis::{Listener, SoundPart};
 use clangor_core::timeline::Timeline;
-use clangor_pipeline::formats::wav::{SampleFormat, WavReader};
 use clangor_pipeline::stages::load::{LoadedScene, scene_from_text};
-use clangor_pipeline::stages::render::{FullScale, RenderOptions, RenderSummary, Transfers, render};
+use clangor_pipeline::stages::render::RenderSummary;
 use clangor_pipeline::stages::simulate::simulate_impacts;
+use falling_balls::{options, render_spheres, samples};
 
 /// A ball 1 mm above a weightless plate, at a speed, without losses of the contact.
 fn scene(solver: &str, radius: f64, speed: f64, thickness: f64) -> LoadedScene {
@@ -100,33 +101,7 @@ fn balls_bounce_off_plates_as_zener_says() {
 }
 
 fn hear(loaded: &LoadedScene, timeline: &Timeline, ear: DVec3, file: &Path) -> RenderSummary {
-    let options = RenderOptions {
-        listeners: vec![Listener::fixed("ear", ear)],
-        contact: ContactSettings::default(),
-        synthesis: RenderSettings::default(),
-        parts: Parts::default(),
-        transfers: Transfers::Baked,
-        rolling: None,
-        ground: GroundSound::HalfSpace,
-        inherit_vibration: true,
-        to: 0.4,
-        format: SampleFormat::Float32,
-        full_scale: FullScale::Pascals(1e-6),
-        compressor: None,
-        stems: true,
-        note: String::new(),
-    };
-    let bodies = &loaded.world.bodies;
-    let models: Vec<SoundModel> =
-        SoundSource::spheres(bodies).into_iter().map(SoundModel::without_modes).collect();
-    render(bodies, &models, timeline, &options, file, &mut |_| ControlFlow::Continue(())).unwrap()
-}
-
-fn samples(path: &Path) -> Vec<f64> {
-    let mut samples = Vec::new();
-    let mut reader = WavReader::open(path).unwrap();
-    while reader.read(&mut samples, 1 << 16).unwrap() > 0 {}
-    samples.into_iter().map(|p: f32| 1e-6 * f64::from(p)).collect()
+    render_spheres(loaded, timeline, &options(Listener::fixed("ear", ear), 0.4), file)
 }
 
 #[test]

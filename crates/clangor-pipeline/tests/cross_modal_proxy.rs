@@ -40,9 +40,10 @@ fn body(shape: &str, material: &str, life: Life) -> Body {
 fn ringing(bodies: &[Body], rules: &[ModalRule], struck: &[u32]) -> Vec<BodyModes> {
     let options = ModalBakeOptions { mesh_error: 0.02, accuracy: 0.03, ..ModalBakeOptions::new(Medium::AIR) };
     let settings = SoundModelSettings {
-        acceleration: AccelerationSettings::new(1.0, 0.01, false),
+        acceleration: AccelerationSettings::new(1.0, 0.01, 0.0),
         wants_acceleration: false,
         modal: Some(ModalPlanSettings { options, proxy_frequency: PROXY_FREQUENCY }),
+        patience: f64::INFINITY,
     };
     let rules: Vec<SoundRule> = rules.iter().copied().map(SoundRule::from).collect();
     let plan = SoundModelPlan::new(bodies, &rules, settings);

@@ -244,6 +244,7 @@ fn modes(half: DVec3, lowest: f64) -> BodyModes {
         ModalMode {
             frequency: lowest * ((m / half.x).powi(2) + (n / half.z).powi(2)) / (2.0 / HALF.x).powi(2),
             mesh_error: 0.0,
+            support_damping: 0.0,
             shape: nodes.iter().map(shape).collect(),
             transfer: Some(ModalTransfer { order: 0, coefficients: vec![Complex64::ONE] }),
         }
@@ -253,6 +254,7 @@ fn modes(half: DVec3, lowest: f64) -> BodyModes {
         medium: Medium::AIR,
         density: 2600.0,
         max_frequency: 20_000.0,
+        statistical_above: None,
         modes: [[2.0, 0.0], [1.0, 1.0], [0.0, 2.0], [2.0, 1.0], [3.0, 0.0]].map(mode).to_vec(),
         surface: ModalSurface { nodes, triangles },
     }))

@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use clangor_bake::acceleration::BakeProgress;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal::held_body::Held;
 use clangor_core::body::Surface;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
@@ -90,22 +91,27 @@ fn keys_follow_whatever_modes_depend_on() {
     let options = ModalBakeOptions::new(Medium::AIR);
     let steel = presets::preset("steel").unwrap();
     let ball = |radius| BakeGeometry::Ellipsoid { semi_axes: DVec3::splat(radius) };
-    let key = modal_key(&ball(0.01), &steel, &options);
+    let key = modal_key(&ball(0.01), Held::default(), &steel, &options);
     // Damping, friction and the name are none of it.
     let mut other_damping = presets::preset("brass").unwrap();
     other_damping.density = steel.density;
     other_damping.youngs_modulus = steel.youngs_modulus;
     other_damping.poisson_ratio = steel.poisson_ratio;
-    assert_eq!(key, modal_key(&ball(0.01), &other_damping, &options));
+    assert_eq!(key, modal_key(&ball(0.01), Held::default(), &other_damping, &options));
     let heavier = Material { density: 8000.0, ..steel.clone() };
     let others = [
-        modal_key(&ball(0.011), &steel, &options),
-        modal_key(&ball(0.01), &heavier, &options),
-        modal_key(&ball(0.01), &presets::preset("brass").unwrap(), &options),
-        modal_key(&ball(0.01), &steel, &ModalBakeOptions { max_frequency: 1e4, ..options }),
-        modal_key(&ball(0.01), &steel, &ModalBakeOptions { mesh_error: 0.02, ..options }),
-        modal_key(&ball(0.01), &steel, &ModalBakeOptions { accuracy: 0.02, ..options }),
-        modal_key(&ball(0.01), &steel, &ModalBakeOptions { medium: Medium::dry_air(0.0), ..options }),
+        modal_key(&ball(0.011), Held::default(), &steel, &options),
+        modal_key(&ball(0.01), Held::default(), &heavier, &options),
+        modal_key(&ball(0.01), Held::default(), &presets::preset("brass").unwrap(), &options),
+        modal_key(&ball(0.01), Held::default(), &steel, &ModalBakeOptions { max_frequency: 1e4, ..options }),
+        modal_key(&ball(0.01), Held::default(), &steel, &ModalBakeOptions { mesh_error: 0.02, ..options }),
+        modal_key(&ball(0.01), Held::default(), &steel, &ModalBakeOptions { accuracy: 0.02, ..options }),
+        modal_key(
+            &ball(0.01),
+            Held::default(),
+            &steel,
+            &ModalBakeOptions { medium: Medium::dry_air(0.0), ..options },
+        ),
     ];
     for (at, other) in others.iter().enumerate() {
         assert_ne!(*other, key, "{at}");

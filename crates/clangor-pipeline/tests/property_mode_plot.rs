@@ -30,12 +30,21 @@ fn ball(motions: &[fn(DVec3) -> DVec3]) -> ModalModel {
     let mode = |(k, motion): (usize, &fn(DVec3) -> DVec3)| ModalMode {
         frequency: 1000.0 * (k + 1) as f64,
         mesh_error: 0.004,
+        support_damping: 0.0,
         shape: nodes.iter().map(|x| motion(*x)).collect(),
         transfer: None,
     };
     let modes = motions.iter().enumerate().map(mode).collect();
     let surface = ModalSurface { nodes: nodes.clone(), triangles };
-    ModalModel { radius: 1.0, medium: Medium::AIR, density: 7850.0, max_frequency: 2e4, surface, modes }
+    ModalModel {
+        radius: 1.0,
+        medium: Medium::AIR,
+        density: 7850.0,
+        max_frequency: 2e4,
+        statistical_above: None,
+        surface,
+        modes,
+    }
 }
 
 #[derive(Default)]

@@ -9,6 +9,7 @@ use clangor_bake::acceleration::{BakeOptions, Method};
 use clangor_bake::fdtd::WaveDevice;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal::held_body::Held;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
 use clangor_core::medium::Medium;
@@ -86,7 +87,7 @@ fn property_a_session_finds_every_model_that_a_bake_of_its_scene_has_left() {
         let modes = ahead.bake_modes(&mut go_on).unwrap().unwrap();
         assert!(modes.remarks.is_empty(), "{:?}", modes.remarks);
         let left = files(folder.path());
-        // A draft has no field of the coin, which clicks as an ellipsoid.
+        // Without patience the coin clicks as an ellipsoid.
         let drafted = options.quality == Quality::Draft;
         // The modes for the impacts of rod and coin, in a band of their own.
         let impacts = left.iter().filter(|name| name.ends_with(".partial")).count();
@@ -166,8 +167,8 @@ fn property_an_explicit_accuracy_replaces_the_errors_of_any_quality() {
         let (fields, modes) = (options.acceleration(10.0), options.modal(Medium::AIR, 3000.0));
         let errors = [fields.options.accuracy, modes.mesh_error, modes.accuracy];
         assert_eq!(errors, [0.07; 3], "{quality:?}");
-        // Whether missing fields are baked is no error.
-        assert_eq!(fields.bake, quality != Quality::Draft);
+        // Drafts are what no exact model has patience for.
+        assert_eq!(fields.patience == 0.0, quality == Quality::Draft);
     }
 }
 
@@ -181,15 +182,15 @@ fn regression_default_options_find_the_models_of_older_caches() {
         let options = ModelOptions { quality, ..ModelOptions::default() };
         [
             model_key(&die, &options.acceleration(rendered.max_wavenumber()).options),
-            modal_key(&die, &steel, &options.modal(Medium::AIR, rendered.band().0)),
+            modal_key(&die, Held::default(), &steel, &options.modal(Medium::AIR, rendered.band().0)),
         ]
     };
     let before = |(field, mesh_error, transfer)| {
         let fields = BakeOptions { near_field: true, ..BakeOptions::new(rendered.max_wavenumber(), field) };
         let modes = ModalBakeOptions { mesh_error, accuracy: transfer, ..ModalBakeOptions::new(Medium::AIR) };
-        [model_key(&die, &fields), modal_key(&die, &steel, &modes)]
+        [model_key(&die, &fields), modal_key(&die, Held::default(), &steel, &modes)]
     };
-    assert_eq!(keys(Quality::Draft), before((0.01, 0.03, 0.05)));
+    assert_eq!(keys(Quality::Draft), before((0.01, 0.01, 0.01)));
     assert_eq!(keys(Quality::Normal), before((0.01, 0.01, 0.01)));
     assert_eq!(keys(Quality::High), before((0.002, 0.005, 0.002)));
     assert_eq!(keys(Quality::Normal), GOLDEN);

@@ -61,6 +61,7 @@ fn header() -> TimelineHeader {
         angular_velocity: DVec3::X * std::f64::consts::PI,
         motion,
         edge_radius: 2e-4,
+        supports: Vec::new(),
         life: Life::LASTING,
     };
     let key = |time, x| Keyframe { time, pose: Pose::at(DVec3::X * x) };

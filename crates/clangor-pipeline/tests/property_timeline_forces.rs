@@ -126,6 +126,7 @@ fn models(bodies: &[Body]) -> Vec<SoundModel> {
     let mode = |(frequency, shape): (f64, Bending)| ModalMode {
         frequency,
         mesh_error: 0.0,
+        support_damping: 0.0,
         shape: nodes.iter().map(|x| DVec3::Y * scale * shape(*x / HALF)).collect(),
         transfer: Some(ModalTransfer { order: 0, coefficients: vec![Complex64::ONE] }),
     };
@@ -136,6 +137,7 @@ fn models(bodies: &[Body]) -> Vec<SoundModel> {
         medium: Medium::AIR,
         density: bodies[1].material.density,
         max_frequency: 20_000.0,
+        statistical_above: None,
         modes: shapes.map(mode).to_vec(),
         surface: ModalSurface { nodes, triangles },
     }));

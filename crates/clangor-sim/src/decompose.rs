@@ -5,7 +5,7 @@
 //! 2016; the implementation is parry's); the part is the hull of the surface within each cluster. What the
 //! parts miss or add is measured, not assumed.
 
-use std::f64::consts::PI;
+mod thin_out;
 
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::geometry::hull::convex_hull;
@@ -15,9 +15,10 @@ use clangor_core::geometry::solid::MeshError;
 use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::{DVec2, DVec3};
-use parry3d_f64::transformation::try_convex_hull;
 use parry3d_f64::transformation::vhacd::{VHACD, VHACDParameters};
 use parry3d_f64::transformation::voxelization::FillMode;
+
+use thin_out::thin_out;
 
 /// A single hull that adds more than this share of the volume is rejected without measuring it.
 const MOST_ADDED_BY_ONE_HULL: f64 = 0.3;
@@ -177,64 +178,29 @@ fn voxel_clusters(mesh: &TriMesh, settings: DecomposeSettings) -> Vec<Vec<DVec3>
     points_of
 }
 
-/// At most `most` points whose hull is close to that of all: the farthest in evenly spread directions, then,
-/// one by one, the point that is farthest outside the hull so far.
-fn thin_out(points: &[DVec3], most: usize) -> Vec<DVec3> {
-    // Points without volume have no hull; they are dropped later.
-    let points = try_convex_hull(points).map_or_else(|_| points.to_vec(), |(corners, _)| corners);
-    if points.len() <= most {
-        return points;
-    }
-    let directions = most / 2;
-    let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
-    let mut chosen: Vec<usize> = (0..directions)
-        .filter_map(|k| {
-            let y = 1.0 - (2 * k + 1) as f64 / directions as f64;
-            let (sin, cos) = (golden_angle * k as f64).sin_cos();
-            let level = (1.0 - y * y).sqrt();
-            let direction = DVec3::new(level * cos, y, level * sin);
-            let height = |i: &usize| direction.dot(points[*i]);
-            (0..points.len()).max_by(|i, j| height(i).total_cmp(&height(j)))
-        })
-        .collect();
-    chosen.sort_unstable();
-    chosen.dedup();
-    let mut kept: Vec<DVec3> = chosen.into_iter().map(|i| points[i]).collect();
-    while kept.len() < most {
-        let Ok(hull) = convex_hull(&kept) else { break };
-        let planes: Vec<(DVec3, f64)> = (0..hull.triangles.len())
-            .map(|t| {
-                let normal = hull.area_vector(t).normalize();
-                (normal, normal.dot(hull.corners(t)[0]))
-            })
-            .collect();
-        let outside = |p: DVec3| planes.iter().map(|(n, d)| n.dot(p) - d).fold(f64::NEG_INFINITY, f64::max);
-        let farthest = points.iter().map(|p| (outside(*p), *p)).max_by(|a, b| a.0.total_cmp(&b.0));
-        match farthest {
-            Some((height, point)) if height > 1e-6 * hull.diagonal() => kept.push(point),
-            _ => break,
-        }
-    }
-    kept
-}
-
 /// Volume of the union of convex bodies [m³]: exact lengths along parallel lines, the midpoint rule across
 /// them.
 fn union_volume(solids: &[TriMesh]) -> f64 {
     const LINES: usize = 200;
     let bounds: Vec<(DVec3, DVec3)> = solids.iter().map(TriMesh::bounds).collect();
     let (low, high) = bounds.iter().copied().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or_default();
+    let plane = |solid: &TriMesh, t: usize| {
+        let normal = solid.area_vector(t);
+        (normal, normal.dot(solid.corners(t)[0]))
+    };
+    let planes_of = |solid: &TriMesh| (0..solid.triangles.len()).map(|t| plane(solid, t)).collect();
+    let planes: Vec<Vec<(DVec3, f64)>> = solids.iter().map(planes_of).collect();
     let step = DVec2::new(high.y - low.y, high.z - low.z) / LINES as f64;
     let mut sum = 0.0;
     for row in 0..LINES {
         for column in 0..LINES {
             let y = low.y + step.x * (row as f64 + 0.5);
             let z = low.z + step.y * (column as f64 + 0.5);
-            let mut spans: Vec<(f64, f64)> = solids
+            let mut spans: Vec<(f64, f64)> = planes
                 .iter()
                 .zip(&bounds)
                 .filter(|(_, (l, h))| (l.y..h.y).contains(&y) && (l.z..h.z).contains(&z))
-                .filter_map(|(solid, _)| span_along_x(solid, y, z))
+                .filter_map(|(planes, _)| span_along_x(planes, y, z))
                 .collect();
             spans.sort_by(|a, b| a.0.total_cmp(&b.0));
             let mut end = f64::NEG_INFINITY;
@@ -247,13 +213,11 @@ fn union_volume(solids: &[TriMesh]) -> f64 {
     sum * step.x * step.y
 }
 
-/// Interval of x in which the line of given y and z is inside a convex body.
-fn span_along_x(solid: &TriMesh, y: f64, z: f64) -> Option<(f64, f64)> {
+/// Interval of x in which the line of given y and z is inside a convex body of these planes n·x = d.
+fn span_along_x(planes: &[(DVec3, f64)], y: f64, z: f64) -> Option<(f64, f64)> {
     let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
-    for t in 0..solid.triangles.len() {
-        let normal = solid.area_vector(t);
-        let [corner, ..] = solid.corners(t);
-        let room = normal.dot(corner) - normal.y * y - normal.z * z;
+    for (normal, offset) in planes {
+        let room = offset - normal.y * y - normal.z * z;
         if normal.x > 0.0 {
             to = to.min(room / normal.x);
         } else if normal.x < 0.0 {

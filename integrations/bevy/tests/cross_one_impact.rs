@@ -257,6 +257,7 @@ fn square_plate() -> Plate {
         medium: Medium::AIR,
         density: body.material.density,
         max_frequency: BAND,
+        statistical_above: None,
         modes: modes.collect(),
         surface: ModalSurface { nodes, triangles: vec![[0, 1, 2, 4, 5, 6], [0, 2, 3, 6, 7, 8]] },
     };

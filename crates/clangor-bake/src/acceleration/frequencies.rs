@@ -3,7 +3,8 @@
 //! The fit approximates the pressure without e^{−s|x|} at points on three spheres about the body: near,
 //! middle and far. It covers all six motions at once. Errors are relative to the strongest motion at each
 //! sphere and frequency. A test solves at frequencies that the fit has not used: the error there is the
-//! evidence, and the new samples join the fit.
+//! evidence, and the new samples join the fit. With many resonances, [fits of each
+//! motion](super::motion_fits) need fewer solves.
 
 use std::ops::ControlFlow;
 
@@ -12,11 +13,13 @@ use clangor_core::math::spherical_harmonics::solid_harmonics;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::Complex64;
+use rayon::prelude::*;
 
+use super::motion_fits::{MotionFits, doubt};
 use super::{BakeError, BakeProgress, Resumption, SolvedFrequency};
 use crate::fitting::comparison::directions;
 use crate::fitting::rational::{
-    FunctionSample, NestedFits, RationalFit, error_at, fit_nested, poles, predict, residues,
+    FunctionSample, NestedFits, RationalFit, error_at, fit_nested, poles, residues,
 };
 use crate::radiation::{RadiationSample, RadiationSolver};
 
@@ -28,12 +31,14 @@ const DIRECTIONS: usize = 24;
 const LOWEST: f64 = 0.02;
 
 /// Settings of the search for frequencies.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Band {
     /// Highest κ = kR.
     pub(super) highest: f64,
     /// Spacing of the first samples in κ.
     pub(super) spacing: f64,
+    /// κ above the highest that are sampled too, ascending.
+    pub(super) above: Vec<f64>,
     /// Order of the multipoles.
     pub(super) order: usize,
     /// Error of the fit that is accepted.
@@ -44,8 +49,10 @@ pub(super) struct Band {
 
 /// The samples and the fit through them.
 pub(super) struct FittedBand {
-    /// All solves, in order of frequency.
+    /// All solves, and samples that stand for more, in order of frequency; those in the fit are complete.
     pub(super) samples: Vec<RadiationSample>,
+    /// Frequencies solved.
+    pub(super) solves: usize,
     /// The fit.
     pub(super) fit: RationalFit,
     /// Largest error of the last fit but one at held-out frequencies.
@@ -53,6 +60,9 @@ pub(super) struct FittedBand {
     /// Time \[R/c\] after which the response to a step of acceleration has decayed.
     pub(super) ring_time: f64,
 }
+
+/// Samples from which on motions are also fitted by themselves.
+const MANY: usize = 40;
 
 /// Solves and fits until frequencies held out are predicted to the tolerance.
 pub(super) fn solve_band(
@@ -63,21 +73,17 @@ pub(super) fn solve_band(
 ) -> Result<FittedBand, BakeError> {
     let mut solved = Solved::new(solver, band.order, resumption);
     let radius = solver.reference_radius();
-    // Initial samples: uniform in κ, and two near zero.
-    let steps = (band.highest / band.spacing).ceil().max(3.0) as usize;
-    let mut pending: Vec<f64> = (0..=steps).map(|k| band.highest * k as f64 / steps as f64).collect();
-    pending[0] = LOWEST.min(0.1 * band.highest);
-    // At a distance, low frequencies consist of the first two orders only. One more sample keeps them
-    // accurate.
-    pending.insert(1, (0.3 * pending[1]).max(2.0 * pending[0]));
+    let mut pending = first_frequencies(band);
+    let planned = pending.len() + TESTS;
     let mut samples: Vec<RadiationSample> = Vec::new();
     let mut functions: Vec<FunctionSample> = Vec::new();
-    let mut last: Option<RationalFit> = None;
-    let mut held_out = f64::INFINITY;
+    let mut last: Option<NestedFits> = None;
+    let mut last_motions: Option<MotionFits> = None;
+    let tolerance = 0.3 * band.tolerance;
     loop {
         // Solve the pending frequencies, batch by batch.
         for batch in pending.chunks(BATCH) {
-            let planned = (samples.len() + pending.len() + TESTS).max(band.most_solves.min(steps + 6));
+            let planned = (samples.len() + pending.len() + TESTS).max(band.most_solves.min(planned));
             let done = samples.len() as f64 / planned as f64;
             if progress(&BakeProgress { done, stage: "solving for the field" }).is_break() {
                 return Err(BakeError::Interrupted);
@@ -85,28 +91,69 @@ pub(super) fn solve_band(
             let wavenumbers: Vec<f64> = batch.iter().map(|kappa| kappa / radius).collect();
             samples.extend(solved.at(&wavenumbers)?);
         }
-        // Held-out error: the previous fit evaluated at the new samples.
+        // Held-out errors: the previous fits evaluated at the new samples.
         let tested = samples[functions.len()..].iter().map(|s| functions_of(s, radius)).collect::<Vec<_>>();
-        if let Some(fit) = &last {
-            held_out =
-                tested.iter().map(|t| error_at(&functions, &fit.support, &fit.nodes, t)).fold(0.0, f64::max);
-        }
-        // Rational fit of all samples.
+        let worst = |error: &dyn Fn(&FunctionSample) -> f64| tested.iter().map(error).fold(0.0, f64::max);
+        let held_out = last.as_ref().map_or(f64::INFINITY, |NestedFits { best, .. }| {
+            worst(&|t| error_at(&functions, &best.support, &best.nodes, t))
+        });
+        let by_motion = last_motions.as_ref().map_or(f64::INFINITY, |fits| worst(&|t| fits.error_at(t)));
+        // Rational fit of all samples, and of each motion where there are many.
         functions.extend(tested);
-        let tolerance = 0.3 * band.tolerance;
-        let NestedFits { best: now, fewer } = fit_nested(&functions, tolerance, functions.len());
-        let enough = held_out <= band.tolerance || functions.len() + TESTS > band.most_solves;
-        // Accept once the held-out error meets the tolerance or the solves are used up.
-        if enough && last.is_some() {
-            let ring_time = ring_time(&functions, &now, band.highest);
+        let now = fit_nested(&functions, tolerance, functions.len());
+        let used_up = functions.len() + TESTS > band.most_solves;
+        // Accept once a held-out error meets the tolerance or the solves are used up.
+        if last.is_some() && (held_out <= band.tolerance || used_up && held_out <= by_motion) {
+            let ring_time = ring_time(&functions, &now.best, band.highest);
             let order = ascending(&functions);
-            let fit = renumbered(now, &order);
-            return Ok(FittedBand { samples: reordered(samples, &order), fit, held_out, ring_time });
+            let solves = samples.len();
+            let fit = renumbered(now.best, &order);
+            return Ok(FittedBand { samples: reordered(samples, &order), fit, solves, held_out, ring_time });
         }
-        // Next test frequencies: where the fit is least certain.
-        pending = least_certain(&functions, &now, &fewer);
+        let motions = (functions.len() >= MANY).then(|| MotionFits::new(&functions, tolerance));
+        if let Some(fits) = motions.as_ref().filter(|_| by_motion <= band.tolerance || used_up) {
+            return Ok(common_fit(fits, &samples, (radius, band.highest, tolerance), by_motion));
+        }
+        // Next test frequencies: where the fits are least certain.
+        pending = least_certain(&functions, &|s| match &motions {
+            Some(fits) => fits.doubt(s),
+            None => doubt(&functions, &now, s),
+        });
         last = Some(now);
+        last_motions = motions;
     }
+}
+
+/// Initial κ: uniform, two near zero, and those above the highest.
+fn first_frequencies(band: &Band) -> Vec<f64> {
+    let steps = (band.highest / band.spacing).ceil().max(3.0) as usize;
+    let mut kappas: Vec<f64> = (0..=steps).map(|k| band.highest * k as f64 / steps as f64).collect();
+    kappas[0] = LOWEST.min(0.1 * band.highest);
+    // At a distance, low frequencies consist of the first two orders only. One more sample keeps them
+    // accurate.
+    kappas.insert(1, (0.3 * kappas[1]).max(2.0 * kappas[0]));
+    kappas.extend(&band.above);
+    kappas
+}
+
+/// One fit of all motions, to samples that the fits of each make.
+fn common_fit(
+    motions: &MotionFits,
+    solved: &[RadiationSample],
+    (radius, highest, tolerance): (f64, f64, f64),
+    held_out: f64,
+) -> FittedBand {
+    let mut samples = motions.resampled(solved, radius);
+    let functions: Vec<FunctionSample> = samples.par_iter().map(|s| functions_of(s, radius)).collect();
+    let fit = fit_nested(&functions, tolerance, functions.len()).best;
+    for i in &fit.support {
+        motions.add_surface(&mut samples[*i], solved, radius);
+    }
+    let ring_time = ring_time(&functions, &fit, highest);
+    let order = ascending(&functions);
+    let held_out = held_out.max(fit.error);
+    let fit = renumbered(fit, &order);
+    FittedBand { samples: reordered(samples, &order), fit, solves: solved.len(), held_out, ring_time }
 }
 
 /// Solutions, of this call or an earlier one.
@@ -148,25 +195,17 @@ const BATCH: usize = 8;
 /// Frequencies of a test.
 const TESTS: usize = 4;
 
-/// κ of the midpoints between samples where the fit and the best with fewer nodes differ most, at most
-/// [`TESTS`].
-fn least_certain(functions: &[FunctionSample], now: &RationalFit, fewer: &RationalFit) -> Vec<f64> {
+/// κ of the midpoints between samples with the largest `doubt`, at most [`TESTS`].
+fn least_certain(functions: &[FunctionSample], doubt: &(dyn Fn(Complex64) -> f64 + Sync)) -> Vec<f64> {
     let mut kappas: Vec<f64> = functions.iter().map(|f| f.s.im).collect();
     kappas.sort_by(f64::total_cmp);
     let mut gaps: Vec<(f64, f64)> = kappas
-        .windows(2)
+        .par_windows(2)
         .map(|pair| {
             let kappa = 0.5 * (pair[0] + pair[1]);
             let s = Complex64::new(functions[0].s.re, kappa);
-            let values = predict(functions, &now.support, &now.nodes, s);
-            let near = functions
-                .iter()
-                .min_by(|a, b| (a.s - s).norm().total_cmp(&(b.s - s).norm()))
-                .map_or_else(Vec::new, |f| f.weights.clone());
-            let at = FunctionSample { s, values, weights: near, group: DIRECTIONS };
-            let doubt = error_at(functions, &fewer.support, &fewer.nodes, &at);
             // Where both fits agree, wide gaps are less certain than narrow ones.
-            (doubt + 1e-9 * (pair[1] - pair[0]), kappa)
+            (doubt(s) + 1e-9 * (pair[1] - pair[0]), kappa)
         })
         .collect();
     gaps.sort_by(|a, b| b.0.total_cmp(&a.0));

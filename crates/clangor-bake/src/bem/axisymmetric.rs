@@ -59,7 +59,7 @@ const DAMPING: f64 = 0.05;
 const COARSEST_SURFACE: f64 = 0.12;
 
 /// Most unknowns of one order.
-const MOST_UNKNOWNS: usize = 6000;
+pub(crate) const MOST_UNKNOWNS: usize = 6000;
 
 /// Most memory \[byte\] of the matrices of one batch of frequencies.
 const BATCH_MEMORY: usize = 300 << 20;

@@ -49,7 +49,7 @@ use crate::fitting::multipole_projection::project;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 /// Most unknowns of a class.
-const MOST_UNKNOWNS: usize = 1600;
+pub(crate) const MOST_UNKNOWNS: usize = 1600;
 /// Distance −Im kR from the real axis at which resonances of the interior are negligible.
 const GROWTH: f64 = 0.25;
 /// No resonance of the interior is below kR = π, that of a ball of the bounding radius. Towards k = 0 the
@@ -93,13 +93,33 @@ impl SymmetricPatchSolver {
         Self::try_new(radius, patches, max_wavenumber, accuracy)
     }
 
+    /// Unknowns of [`ellipsoid`](Self::ellipsoid).
+    pub(crate) fn ellipsoid_unknowns(semi_axes: DVec3, max_wavenumber: f64, accuracy: f64) -> usize {
+        let radius = semi_axes.max_element();
+        let resolution = resolution(max_wavenumber * radius, accuracy, false);
+        unknowns(&layout::ellipsoid(semi_axes / radius, &resolution))
+    }
+
+    /// Unknowns of [`rounded_box`](Self::rounded_box).
+    pub(crate) fn rounded_box_unknowns(
+        edges: DVec3,
+        round: f64,
+        max_wavenumber: f64,
+        accuracy: f64,
+    ) -> usize {
+        let round = round.min(0.5 * edges.min_element());
+        let radius = (0.5 * edges - round).length() + round;
+        let resolution = resolution(max_wavenumber * radius, accuracy, true);
+        unknowns(&layout::rounded_box(edges / radius, round / radius, &resolution))
+    }
+
     fn try_new(
         radius: f64,
         patches: Vec<Patch>,
         max_wavenumber: f64,
         accuracy: f64,
     ) -> Result<Self, RadiationError> {
-        let unknowns = patches.iter().map(Patch::count).sum();
+        let unknowns = unknowns(&patches);
         if unknowns > MOST_UNKNOWNS {
             return Err(RadiationError::TooLarge {
                 unknowns,
@@ -222,6 +242,10 @@ impl RadiationSolver for SymmetricPatchSolver {
     fn surface(&self) -> Option<&TriMesh> {
         self.surface.as_ref().map(|s| &s.mesh)
     }
+}
+
+fn unknowns(patches: &[Patch]) -> usize {
+    patches.iter().map(Patch::count).sum()
 }
 
 /// Patch resolution for an accuracy, in units of R. Measured: `tests/converge_symmetric_patches.rs`.

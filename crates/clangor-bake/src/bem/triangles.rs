@@ -30,8 +30,10 @@
 //! Not for open sheets, nor for bodies that need more than [`MOST_UNKNOWNS`] in a class.
 
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::math::spherical_harmonics::count;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
@@ -40,12 +42,13 @@ use glam::{BVec3, DMat3, DVec3};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
-use crate::fitting::multipole_projection::{SurfacePoint, project};
+use crate::effort::Effort;
 use crate::mesh::remesh::SymmetricMesh;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 mod far;
 pub mod field;
+mod incident_waves;
 pub(crate) mod lanes;
 mod near;
 mod pair_integrals;
@@ -58,10 +61,11 @@ mod surface_pressure;
 use far::{ClassMatrix, FarSystem};
 use near::NearSystem;
 use pair_integrals::parity;
-use pair_rules::THREE_POINTS;
 use panels::{Panels, along_curve};
 use parity_classes::ParityClass;
+use reception::turn;
 
+pub use incident_waves::SurfaceHarmonics;
 pub use reception::MOST_ORDER;
 
 /// Most unknowns of a dense system, one for each parity class.
@@ -88,6 +92,7 @@ pub struct TriangleSolver {
     mesh: TriMesh,
     radius: f64,
     equation: Equation,
+    effort: Effort,
     /// Triangles of the cell.
     panels: Panels,
     /// Signs of the images of the cell, the cell itself first.
@@ -99,6 +104,8 @@ pub struct TriangleSolver {
     origin: Vec<(u32, DVec3)>,
     near: NearSystem,
     far: FarSystem,
+    /// Harmonics up to the order of the first solve, for all later ones.
+    harmonics: OnceLock<Option<SurfaceHarmonics>>,
 }
 
 impl TriangleSolver {
@@ -121,6 +128,24 @@ impl TriangleSolver {
         symmetric: &SymmetricMesh,
         highest: f64,
         equation: Equation,
+    ) -> Result<Self, RadiationError> {
+        Self::with_effort(symmetric, highest, (equation, Effort::Exact))
+    }
+
+    /// Prepares a surface like [`try_new`](Self::try_new), with close pairs of triangles integrated to a per
+    /// cent.
+    ///
+    /// # Errors
+    /// [`RadiationError::TooLarge`].
+    pub fn try_draft(mesh: &TriMesh, highest: f64) -> Result<Self, RadiationError> {
+        let whole = SymmetricMesh { cell: mesh.clone(), mirrors: BVec3::FALSE, frame: DMat3::IDENTITY };
+        Self::with_effort(&whole, highest, (Equation::BurtonMiller, Effort::Draft))
+    }
+
+    fn with_effort(
+        symmetric: &SymmetricMesh,
+        highest: f64,
+        (equation, effort): (Equation, Effort),
     ) -> Result<Self, RadiationError> {
         let cell = &symmetric.cell;
         let images = symmetric.images();
@@ -152,10 +177,24 @@ impl TriangleSolver {
         let origin = from.iter().map(|v| (renumbered[v.original as usize], v.signs)).collect();
         // Wavenumber-independent geometry of near and far pairs.
         let panels = Panels::new(vertices, triangles);
-        let near = NearSystem::new(&panels, &images, highest * radius);
+        let near = NearSystem::new(&panels, &images, highest * radius, effort);
         let far = FarSystem::new(&panels, &images, near.images.iter().map(|image| &image.pairs[..]));
         let frame = symmetric.frame;
-        Ok(Self { mesh, radius, equation, panels, images, frame, classes, origin, near, far })
+        let harmonics = OnceLock::new();
+        Ok(Self {
+            mesh,
+            radius,
+            equation,
+            effort,
+            panels,
+            images,
+            frame,
+            classes,
+            origin,
+            near,
+            far,
+            harmonics,
+        })
     }
 
     /// Unknowns of the largest system of a solve.
@@ -163,23 +202,39 @@ impl TriangleSolver {
         most_unknowns(&self.classes)
     }
 
-    fn solve_one(&self, wavenumber: f64, order: usize) -> Result<RadiationSample, RadiationError> {
-        let surface_pressure = self.pressures(wavenumber)?;
-        let (points, pressure): (Vec<_>, Vec<_>) = (0..self.mesh.triangles.len())
-            .flat_map(|t| THREE_POINTS.map(|(shares, weight)| (t, shares, weight)))
-            .map(|(t, shares, weight)| {
-                let corners = self.mesh.corners(t);
-                let position = corners[0] * shares[0] + corners[1] * shares[1] + corners[2] * shares[2];
-                let at = self.mesh.triangles[t].map(|v| &surface_pressure[v as usize]);
-                let pressure: [Complex64; RIGID_DOFS] = std::array::from_fn(|d| {
-                    at[0][d] * shares[0] + at[1][d] * shares[1] + at[2][d] * shares[2]
-                });
-                (SurfacePoint { position, area: self.mesh.area_vector(t) * weight }, pressure)
-            })
-            .unzip();
-        let wavenumber = Complex64::new(wavenumber, 0.0);
-        let coefficients = project(&points, &pressure, wavenumber, self.radius, order);
-        Ok(RadiationSample { wavenumber, coefficients, surface_pressure })
+    fn solve_one(
+        &self,
+        wavenumber: f64,
+        order: usize,
+        harmonics: Option<&SurfaceHarmonics>,
+    ) -> Result<RadiationSample, RadiationError> {
+        let of_cell = self.cell_pressures(wavenumber)?;
+        // Multipoles of motions along and about the axes of the cell, in units of R.
+        let about_cell = self.multipoles_of_cell(wavenumber, order, &of_cell, harmonics);
+        // Motions of the body's axes, in metres; then multipoles about the body's axes.
+        let mut coefficients = std::array::from_fn(|degree| {
+            let shares = self.shares(degree);
+            (0..count(order))
+                .map(|c| shares.map(|(d, share)| about_cell[d][c] * share).into_iter().sum::<Complex64>())
+                .map(|c| c * self.length(degree))
+                .collect()
+        });
+        if self.frame != DMat3::IDENTITY {
+            turn(self.frame, order, &mut coefficients);
+        }
+        let surface_pressure = self.whole_pressures(&of_cell);
+        Ok(RadiationSample { wavenumber: Complex64::new(wavenumber, 0.0), coefficients, surface_pressure })
+    }
+
+    /// Motions along or about the axes of the cell that make up one of the body, and their shares.
+    fn shares(&self, degree: usize) -> [(usize, f64); 3] {
+        let first = degree / 3 * 3;
+        std::array::from_fn(|axis| (first + axis, self.frame.col(axis)[degree - first]))
+    }
+
+    /// Factor of length of the pressure of a motion: R of a translation, R² of a rotation.
+    fn length(&self, degree: usize) -> f64 {
+        if degree < RIGID_DOFS / 2 { self.radius } else { self.radius * self.radius }
     }
 
     /// The equations of the six motions at a wavenumber [1/m].
@@ -218,6 +273,11 @@ impl TriangleSolver {
         matrices.into_iter().map(|class| class.matrix).collect()
     }
 
+    /// The harmonics of the projection up to an order, computed by the first call.
+    fn kept_harmonics(&self, order: usize) -> Option<&SurfaceHarmonics> {
+        self.harmonics.get_or_init(|| self.surface_harmonics(order, self.radius)).as_ref()
+    }
+
     /// iγ at a wavenumber [1/R].
     fn coupling(&self, k: f64) -> f64 {
         match self.equation {
@@ -231,44 +291,42 @@ impl TriangleSolver {
         if self.near.covers(k) {
             Cow::Borrowed(&self.near)
         } else {
-            Cow::Owned(NearSystem::new(&self.panels, &self.images, k))
+            Cow::Owned(NearSystem::new(&self.panels, &self.images, k, self.effort))
         }
     }
 
-    /// Pressures at the vertices of the mesh.
-    fn pressures(&self, wavenumber: f64) -> Result<Vec<[Complex64; RIGID_DOFS]>, RadiationError> {
+    /// Pressures at the vertices of the cell, of motions along and about its axes, in units of R.
+    fn cell_pressures(&self, wavenumber: f64) -> Result<Vec<[Complex64; RIGID_DOFS]>, RadiationError> {
         // Assembly and factorisation of each parity class.
         let solutions = self.assemble(wavenumber).solve();
-        // Lengths are in R: the pressure of a translation has one factor of length, that of a rotation two.
-        let scale = |d: usize| if d < RIGID_DOFS / 2 { self.radius } else { self.radius * self.radius };
-        // Pressures on the cell, for motions along and about its axes.
         let mut of_cell = vec![[Complex64::ZERO; RIGID_DOFS]; self.panels.vertices.len()];
         for (class, solution) in self.classes.iter().zip(&solutions) {
             for (d, column) in class.motions.iter().zip(solution.chunks_exact(class.size.max(1))) {
                 for (v, p) in class.vertices().zip(column) {
-                    of_cell[v][*d] = widen(*p) * scale(*d);
+                    of_cell[v][*d] = widen(*p);
                 }
             }
         }
-        // Pressures on the whole surface: signs of the image, and rotation to the body's frame.
-        let pressures: Vec<[Complex64; RIGID_DOFS]> = self
-            .origin
-            .iter()
-            .map(|(vertex, signs)| {
-                // A vertex without triangles does not occur in the panels.
-                let p = of_cell.get(*vertex as usize).unwrap_or(&[Complex64::ZERO; RIGID_DOFS]);
-                std::array::from_fn(|degree| {
-                    let first = degree / 3 * 3;
-                    let share = |d: usize| self.frame.col(d - first)[degree - first] * parity(*signs, d);
-                    (first..first + 3).map(|d| p[d] * share(d)).sum()
-                })
-            })
-            .collect();
-        if pressures.iter().flatten().all(|p| p.is_finite()) {
-            Ok(pressures)
+        if of_cell.iter().flatten().all(|p| p.is_finite()) {
+            Ok(of_cell)
         } else {
             Err(RadiationError::NotFinite { wavenumber })
         }
+    }
+
+    /// Pressures at the vertices of the mesh, of motions along and about the axes of the body: signs of the
+    /// image, and rotation to the body's frame.
+    fn whole_pressures(&self, of_cell: &[[Complex64; RIGID_DOFS]]) -> Vec<[Complex64; RIGID_DOFS]> {
+        let shares: [[(usize, f64); 3]; RIGID_DOFS] = std::array::from_fn(|degree| self.shares(degree));
+        let at = |(vertex, signs): &(u32, DVec3)| {
+            // A vertex without triangles does not occur in the panels.
+            let p = of_cell.get(*vertex as usize).unwrap_or(&[Complex64::ZERO; RIGID_DOFS]);
+            std::array::from_fn(|degree| {
+                let parts = shares[degree].map(|(d, share)| p[d] * (share * parity(*signs, d)));
+                parts.into_iter().sum::<Complex64>() * self.length(degree)
+            })
+        };
+        self.origin.iter().map(at).collect()
     }
 }
 
@@ -303,9 +361,11 @@ impl RadiationSolver for TriangleSolver {
     fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
         let entries: usize = self.classes.iter().map(|class| class.size * class.size).sum();
         let together = (MEMORY / (entries.max(1) * size_of::<Complex32>())).max(1);
+        let harmonics = self.kept_harmonics(order);
         let mut samples = Vec::with_capacity(wavenumbers.len());
         for batch in wavenumbers.chunks(together) {
-            let solved: Result<Vec<_>, _> = batch.par_iter().map(|k| self.solve_one(*k, order)).collect();
+            let solved: Result<Vec<_>, _> =
+                batch.par_iter().map(|k| self.solve_one(*k, order, harmonics)).collect();
             samples.extend(solved?);
         }
         Ok(samples)
@@ -335,13 +395,23 @@ impl DenseSystem {
 impl ClassSystem {
     /// The unknowns of each motion, one motion after the other.
     fn solve(self) -> Vec<Complex32> {
+        self.solved(Side::Own)
+    }
+
+    /// The same for the transposed matrix.
+    fn solve_transposed(self) -> Vec<Complex32> {
+        self.solved(Side::Transposed)
+    }
+
+    fn solved(self, side: Side) -> Vec<Complex32> {
         let Self { size, mut matrix, mut right } = self;
         let columns = right.len() / size.max(1);
         let mut factors = MatMut::from_column_major_slice_mut(&mut matrix, size, size);
         let unknowns = MatMut::from_column_major_slice_mut(&mut right, size, columns);
         let (mut forward, mut backward) = (vec![0_usize; size], vec![0_usize; size]);
         let need = factor::lu_in_place_scratch::<usize, Complex32>(size, size, Par::Seq, Default::default())
-            .or(solve::solve_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq));
+            .or(solve::solve_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq))
+            .or(solve::solve_transpose_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq));
         let mut buffer = MemBuffer::new(need);
         let (_, permutation) = factor::lu_in_place(
             factors.as_mut(),
@@ -351,10 +421,22 @@ impl ClassSystem {
             MemStack::new(&mut buffer),
             Default::default(),
         );
-        let factors = factors.as_ref();
-        solve::solve_in_place(factors, factors, permutation, unknowns, Par::Seq, MemStack::new(&mut buffer));
+        let (lower, stack) = (factors.as_ref(), MemStack::new(&mut buffer));
+        match side {
+            Side::Own => solve::solve_in_place(lower, lower, permutation, unknowns, Par::Seq, stack),
+            Side::Transposed => {
+                solve::solve_transpose_in_place(lower, lower, permutation, unknowns, Par::Seq, stack);
+            }
+        }
         right
     }
+}
+
+/// Which matrix of a factorisation is solved.
+#[derive(Clone, Copy, PartialEq)]
+enum Side {
+    Own,
+    Transposed,
 }
 
 fn narrow(z: Complex64) -> Complex32 {

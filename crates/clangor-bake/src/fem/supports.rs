@@ -17,54 +17,13 @@
 
 use std::collections::BTreeMap;
 
+use clangor_core::body::support::free_motions;
+pub use clangor_core::body::support::{Support, SupportKind, SupportRegion};
 use glam::{DMat3, DVec3};
 
 use super::element::shapes;
-use super::rigid_motions::rigid_motions;
 use crate::mesh::tetrahedra::TetMesh;
 use crate::quadrature::TETRAHEDRON_FIFTH_DEGREE;
-
-/// A part of space, in the frame of the body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SupportRegion {
-    /// A ball.
-    Ball {
-        /// Centre \[m\].
-        centre: DVec3,
-        /// Radius \[m\].
-        radius: f64,
-    },
-    /// A box along the axes of the body.
-    Box {
-        /// Lowest corner \[m\].
-        low: DVec3,
-        /// Highest corner \[m\].
-        high: DVec3,
-    },
-}
-
-/// How a support holds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SupportKind {
-    /// Nothing in the region moves.
-    Clamped,
-    /// Springs and dampers along the axes of the body, spread over the region.
-    Sprung {
-        /// Total stiffness along each axis [N/m].
-        stiffness: DVec3,
-        /// Total damping along each axis [N s/m].
-        damping: DVec3,
-    },
-}
-
-/// A support of a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Support {
-    /// Where it holds.
-    pub region: SupportRegion,
-    /// How.
-    pub kind: SupportKind,
-}
 
 /// Reasons why a body cannot be held as described. Supports count from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -112,64 +71,52 @@ pub enum SupportError {
         /// Number of free motions.
         motions: usize,
     },
-    /// A body that is solved on its section.
-    #[error("a body of revolution with supports is no longer one; give its surface as a mesh")]
-    Revolution,
+    /// A free body whose supports bend it.
+    #[error(
+        "on its supports the body would move as a whole at {whole:.1} Hz, not far below its first own mode \
+         at {first:.1} Hz, but the supports of a free body move with it; soften them, or fix the body"
+    )]
+    Stiff {
+        /// Highest frequency of the six motions that were rigid \[Hz\].
+        whole: f64,
+        /// The next \[Hz\].
+        first: f64,
+    },
 }
 
-impl SupportRegion {
-    /// Distance of a point from the region \[m\]; 0 inside.
-    fn distance(&self, point: DVec3) -> f64 {
-        match *self {
-            SupportRegion::Ball { centre, radius } => (point.distance(centre) - radius).max(0.0),
-            SupportRegion::Box { low, high } => point.distance(point.clamp(low, high)),
-        }
-    }
-
-    /// Lowest and highest coordinate along an axis \[m\].
-    pub(crate) fn ends(&self, axis: usize) -> [f64; 2] {
-        let (middle, half) = self.bounds();
-        [middle[axis] - half[axis], middle[axis] + half[axis]]
-    }
-
-    /// Middle and half extent \[m\].
-    fn bounds(&self) -> (DVec3, DVec3) {
-        match *self {
-            SupportRegion::Ball { centre, radius } => (centre, DVec3::splat(radius)),
-            SupportRegion::Box { low, high } => (0.5 * (low + high), 0.5 * (high - low)),
-        }
-    }
+/// Rejects numbers that no support has.
+///
+/// # Errors
+/// [`SupportError`].
+pub fn check_supports(supports: &[Support]) -> Result<(), SupportError> {
+    supports.iter().enumerate().try_for_each(|(index, support)| check(support, index))
 }
 
-impl Support {
-    /// Rejects numbers that no support has; `support` is its place among the others.
-    ///
-    /// # Errors
-    /// [`SupportError`].
-    pub fn check(&self, support: usize) -> Result<(), SupportError> {
-        let wrong = |what, value| Err(SupportError::Value { support, what, value });
-        let (middle, half) = self.region.bounds();
-        if let Some(value) = middle.to_array().into_iter().find(|x| !x.is_finite()) {
-            return wrong("place", value);
-        }
-        if let Some(value) = half.to_array().into_iter().find(|x| !(*x > 0.0 && x.is_finite())) {
-            return wrong("extent", value);
-        }
-        let SupportKind::Sprung { stiffness, damping } = self.kind else { return Ok(()) };
-        for (what, vector) in [("stiffness", stiffness), ("damping", damping)] {
-            if let Some(value) = vector.to_array().into_iter().find(|x| !(*x >= 0.0 && x.is_finite())) {
-                return wrong(what, value);
-            }
-        }
-        if stiffness == DVec3::ZERO { Err(SupportError::Loose { support }) } else { Ok(()) }
+pub(super) fn check(held: &Support, support: usize) -> Result<(), SupportError> {
+    let wrong = |what, value| Err(SupportError::Value { support, what, value });
+    let (middle, half) = held.region.bounds();
+    if let Some(value) = middle.to_array().into_iter().find(|x| !x.is_finite()) {
+        return wrong("place", value);
     }
+    if let Some(value) = half.to_array().into_iter().find(|x| !(*x > 0.0 && x.is_finite())) {
+        return wrong("extent", value);
+    }
+    let SupportKind::Sprung { stiffness, damping } = held.kind else { return Ok(()) };
+    for (what, vector) in [("stiffness", stiffness), ("damping", damping)] {
+        if let Some(value) = vector.to_array().into_iter().find(|x| !(*x >= 0.0 && x.is_finite())) {
+            return wrong(what, value);
+        }
+    }
+    if stiffness == DVec3::ZERO { Err(SupportError::Loose { support }) } else { Ok(()) }
 }
 
 /// A spring and damper to the ground, at a point of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointSpring {
+    /// Where it is \[m\].
+    pub place: DVec3,
     /// Nodes around the point, with the weight of each.
-    pub weights: [(u32, f64); 10],
+    pub weights: Vec<(u32, f64)>,
     /// Stiffness along each axis [N/m].
     pub stiffness: DVec3,
     /// Damping along each axis [N s/m].
@@ -188,7 +135,8 @@ impl PointSpring {
     }
 }
 
-/// Damping rate uᵀC u [1/s] by supports of a mode with uᵀM u = 1; it adds half of it to ξω.
+/// 2ξω = uᵀC u [1/s] by the dampers of supports, of a mode with uᵀM u = 1. That dampers also couple modes is
+/// left out: right where modes are farther apart than their bandwidths.
 pub fn support_damping(springs: &[PointSpring], shape: &[DVec3]) -> f64 {
     let rate = |spring: &PointSpring| {
         let u = spring.displacement(shape);
@@ -203,8 +151,6 @@ const DIVISIONS: [usize; 2] = [4, 32];
 const ACROSS: f64 = 4.0;
 /// Part of the size of the mesh within which a node is in a region.
 const ROUNDING: f64 = 1e-9;
-/// Least pivot of the stiffness against rigid motions, over the largest, of a body that is held.
-const LEAST_PIVOT: f64 = 1e-12;
 
 /// What supports do to a mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -225,7 +171,7 @@ impl Holding {
         let mut springs = Vec::new();
         let mut clamp_of: Vec<Option<usize>> = vec![None; mesh.nodes.len()];
         for (index, support) in supports.iter().enumerate() {
-            support.check(index)?;
+            check(support, index)?;
             match support.kind {
                 SupportKind::Clamped => {
                     for node in nodes_in(mesh, support, index)? {
@@ -239,7 +185,8 @@ impl Holding {
                     let points = points_in(mesh, support, index)?;
                     let total: f64 = points.iter().map(|(_, volume)| volume).sum();
                     springs.extend(points.into_iter().map(|(weights, volume)| PointSpring {
-                        weights,
+                        place: weights.iter().map(|(node, w)| mesh.nodes[*node as usize] * *w).sum(),
+                        weights: weights.into(),
                         stiffness: stiffness * (volume / total),
                         damping: damping * (volume / total),
                     }));
@@ -247,58 +194,40 @@ impl Holding {
             }
         }
         let clamped: Vec<bool> = clamp_of.iter().map(Option::is_some).collect();
+        let clamps = mesh.nodes.iter().zip(&clamped).filter(|(_, held)| **held).map(|(x, _)| *x);
+        let clamps: Vec<DVec3> = clamps.collect();
         let held = Holding { springs, clamped };
-        match held.free_motions(mesh) {
-            0 => Ok(held),
+        held.holds(&clamps)?;
+        Ok(held)
+    }
+
+    /// Springs at points that already stand for all supports: clamps as stiff springs, in a discretization
+    /// whose nodes are not on the body.
+    ///
+    /// # Errors
+    /// [`SupportError::Free`].
+    pub(super) fn of_springs(springs: Vec<PointSpring>, nodes: usize) -> Result<Self, SupportError> {
+        let held = Holding { springs, clamped: vec![false; nodes] };
+        held.holds(&[])?;
+        Ok(held)
+    }
+
+    /// 2ξω [1/s] of a mode with these displacements of all nodes.
+    pub fn damping(&self, shape: &[DVec3]) -> f64 {
+        support_damping(&self.springs, shape)
+    }
+
+    /// Whether springs and clamped places leave no motion of the whole body free.
+    fn holds(&self, clamped: &[DVec3]) -> Result<(), SupportError> {
+        let stiffest = self.springs.iter().map(|s| s.stiffness.max_element()).fold(0.0, f64::max);
+        let clamp = DVec3::splat(if stiffest > 0.0 { stiffest } else { 1.0 });
+        let springs = self.springs.iter().map(|spring| (spring.place, spring.stiffness));
+        let held: Vec<_> = springs.chain(clamped.iter().map(|x| (*x, clamp))).collect();
+        match free_motions(&held) {
+            0 => Ok(()),
             motions => Err(SupportError::Free { motions }),
         }
     }
-
-    /// Number of motions of the whole body that cost no energy.
-    fn free_motions(&self, mesh: &TetMesh) -> usize {
-        let motions = rigid_motions(&mesh.nodes);
-        let size = mesh.nodes.iter().map(|x| x.distance(mesh.nodes[0])).fold(0.0, f64::max).max(1e-300);
-        let scaled = |k: usize, u: DVec3| if k < 3 { u } else { u / size };
-        let mut held = [[0.0_f64; 6]; 6];
-        let mut add = |u: &dyn Fn(usize) -> DVec3, stiffness: DVec3| {
-            let motions: [DVec3; 6] = std::array::from_fn(|k| scaled(k, u(k)));
-            for (row, first) in held.iter_mut().zip(motions) {
-                row.iter_mut().zip(motions).for_each(|(sum, second)| *sum += (first * stiffness).dot(second));
-            }
-        };
-        let stiffest = self.springs.iter().map(|s| s.stiffness.max_element()).fold(0.0, f64::max);
-        let unit = if stiffest > 0.0 { stiffest } else { 1.0 };
-        for spring in &self.springs {
-            add(&|k| spring.displacement(&motions[k]), spring.stiffness / unit);
-        }
-        for (node, _) in self.clamped.iter().enumerate().filter(|(_, held)| **held) {
-            add(&|k| motions[k][node], DVec3::ONE);
-        }
-        6 - rank(held)
-    }
-}
-
-/// Rank of a positive semidefinite matrix, by elimination with the largest pivots.
-fn rank(mut a: [[f64; 6]; 6]) -> usize {
-    let largest = (0..6).map(|k| a[k][k]).fold(0.0, f64::max);
-    let mut left: Vec<usize> = (0..6).collect();
-    for done in 0..6 {
-        let Some(at) = (0..left.len()).max_by(|i, j| a[left[*i]][left[*i]].total_cmp(&a[left[*j]][left[*j]]))
-        else {
-            return done;
-        };
-        let pivot = left.swap_remove(at);
-        if a[pivot][pivot] <= LEAST_PIVOT * largest {
-            return done;
-        }
-        let row = a[pivot];
-        for &k in &left {
-            for l in 0..6 {
-                a[k][l] -= row[k] / row[pivot] * row[l];
-            }
-        }
-    }
-    6
 }
 
 /// Nodes in the region of a support, or the nearest one if the region lies between nodes.

@@ -110,8 +110,8 @@ impl ElasticSystem {
     #[must_use]
     pub fn held_by(mut self, holding: &Holding) -> Self {
         for spring in &holding.springs {
-            for (a, first) in spring.weights {
-                for (b, second) in spring.weights.into_iter().filter(|(b, _)| *b <= a) {
+            for &(a, first) in &spring.weights {
+                for &(b, second) in spring.weights.iter().filter(|(b, _)| *b <= a) {
                     // The nodes of a spring share an element, so the pair is in the pattern.
                     let own = self.starts[b as usize]..self.starts[b as usize + 1];
                     if let Ok(found) = self.rows[own.clone()].binary_search(&a) {

@@ -36,6 +36,30 @@ pub fn project(
     radius: f64,
     order: usize,
 ) -> [Vec<Complex64>; RIGID_DOFS] {
+    let mut sums = if wavenumber.im == 0.0 {
+        real_sums(points, pressure, wavenumber.re, radius, order)
+    } else {
+        complex_sums(points, pressure, wavenumber, radius, order)
+    };
+    // Normalisation θₙ(ikR)/R.
+    let mut scale = Vec::new();
+    reverse_bessel(Complex64::I * wavenumber * radius, order, &mut scale);
+    for sum in &mut sums {
+        for n in 0..=order {
+            sum[n * n..(n + 1) * (n + 1)].iter_mut().for_each(|c| *c *= scale[n] / radius);
+        }
+    }
+    sums
+}
+
+/// The integrals in units of R, of a complex wavenumber.
+fn complex_sums(
+    points: &[SurfacePoint],
+    pressure: &[[Complex64; RIGID_DOFS]],
+    wavenumber: Complex64,
+    radius: f64,
+    order: usize,
+) -> [Vec<Complex64>; RIGID_DOFS] {
     let mut sums: [Vec<Complex64>; RIGID_DOFS] = std::array::from_fn(|_| vec![Complex64::ZERO; count(order)]);
     let (mut harmonics, mut gradients, mut radial) = (Vec::new(), Vec::new(), Vec::new());
     let square = wavenumber * wavenumber * (radius * radius);
@@ -61,15 +85,46 @@ pub fn project(
             }
         }
     }
-    // Normalisation θₙ(ikR)/R.
-    let mut scale = Vec::new();
-    reverse_bessel(Complex64::I * wavenumber * radius, order, &mut scale);
-    for sum in &mut sums {
+    sums
+}
+
+/// The same of a real wavenumber, whose regular waves are real: a fifth of the work.
+fn real_sums(
+    points: &[SurfacePoint],
+    pressure: &[[Complex64; RIGID_DOFS]],
+    wavenumber: f64,
+    radius: f64,
+    order: usize,
+) -> [Vec<Complex64>; RIGID_DOFS] {
+    // Of each harmonic: real and imaginary parts by the pressures, and parts by the accelerations.
+    let mut by_pressure = vec![[0.0; 2 * RIGID_DOFS]; count(order)];
+    let mut by_motion = vec![[0.0; RIGID_DOFS]; count(order)];
+    let (mut harmonics, mut gradients, mut radial) = (Vec::new(), Vec::new(), Vec::new());
+    let square = (wavenumber * radius).powi(2);
+    for (point, pressure) in points.iter().zip(pressure) {
+        let x = point.position / radius;
+        let motions = rigid_motions(point.position, point.area);
+        let parts: [f64; 2 * RIGID_DOFS] = std::array::from_fn(|q| {
+            let p = pressure[q / 2];
+            if q % 2 == 0 { p.re } else { p.im }
+        });
+        regular(Complex64::from(square * x.length_squared()), order + 1, &mut radial);
+        solid_harmonics_with_gradient(x, order, &mut harmonics, &mut gradients);
+        let along = x.dot(point.area);
         for n in 0..=order {
-            sum[n * n..(n + 1) * (n + 1)].iter_mut().for_each(|c| *c *= scale[n] / radius);
+            let (here, slope) = (radial[n].re, -square * radial[n + 1].re * along);
+            for i in n * n..(n + 1) * (n + 1) {
+                let normal = (here * gradients[i].dot(point.area) + slope * harmonics[i]) / radius;
+                let value = here * harmonics[i];
+                by_pressure[i].iter_mut().zip(&parts).for_each(|(sum, p)| *sum += normal * p);
+                by_motion[i].iter_mut().zip(&motions).for_each(|(sum, a)| *sum += value * a);
+            }
         }
     }
-    sums
+    let part = |i: usize, d: usize| {
+        Complex64::new(by_pressure[i][2 * d] + by_motion[i][d], by_pressure[i][2 * d + 1])
+    };
+    std::array::from_fn(|d| (0..count(order)).map(|i| part(i, d)).collect())
 }
 
 #[cfg(test)]
@@ -124,6 +179,26 @@ mod tests {
                 .fold(0.0, f64::max);
             // Residual seen: 2e-15.
             assert!(others < 1e-12, "{k}: {others}");
+        }
+    }
+
+    #[test]
+    fn a_real_wavenumber_has_the_sums_of_a_complex_one() {
+        let at = |i: usize| {
+            let t = i as f64;
+            SurfacePoint {
+                position: DVec3::new(t.sin(), (1.7 * t).cos(), (0.3 * t).sin()) * 0.4,
+                area: DVec3::new((2.0 * t).cos(), t.cos(), (0.9 * t).sin()) * 0.01,
+            }
+        };
+        let points: Vec<SurfacePoint> = (0..50).map(at).collect();
+        let pressure: Vec<[Complex64; RIGID_DOFS]> =
+            (0..50).map(|i| std::array::from_fn(|d| Complex64::cis((i * (d + 3)) as f64))).collect();
+        let real = real_sums(&points, &pressure, 7.0, 0.9, 9);
+        let complex = complex_sums(&points, &pressure, 7.0.into(), 0.9, 9);
+        for (a, b) in real.iter().flatten().zip(complex.iter().flatten()) {
+            // The same sums in double precision.
+            assert!((a - b).norm() < 1e-14, "{a} {b}");
         }
     }
 }

@@ -12,7 +12,7 @@ use clangor_core::geometry::solid::MeshError;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DQuat, DVec3};
 
-use super::mirror_symmetry::mirror_planes;
+use super::mirror_symmetry::mirror_planes_in_mean;
 use crate::quadrature::gauss_legendre;
 
 /// The geometry of a body about its centre of mass \[m\].
@@ -159,6 +159,12 @@ impl BakeGeometry {
     ///
     /// The planes pass through the centre of mass, and count only if that is the origin.
     pub fn mirror_normals(&self, tolerance: f64) -> Vec<DVec3> {
+        self.mirror_normals_in_mean(tolerance, 0.0)
+    }
+
+    /// The same for surfaces with noise: as
+    /// [`mirror_planes_in_mean`](super::mirror_symmetry::mirror_planes_in_mean).
+    pub fn mirror_normals_in_mean(&self, tolerance: f64, mean: f64) -> Vec<DVec3> {
         match self {
             BakeGeometry::Ellipsoid { .. } | BakeGeometry::RoundedBox { .. } => DVec3::AXES.to_vec(),
             BakeGeometry::Axisymmetric { axis, .. } => {
@@ -170,7 +176,7 @@ impl BakeGeometry {
                 if off > CENTRED * mesh.bounding_radius(DVec3::ZERO) {
                     return Vec::new();
                 }
-                mirror_planes(mesh, tolerance).into_iter().map(|plane| plane.normal).collect()
+                mirror_planes_in_mean(mesh, tolerance, mean).into_iter().map(|plane| plane.normal).collect()
             }
         }
     }

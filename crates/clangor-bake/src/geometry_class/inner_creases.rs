@@ -10,6 +10,8 @@ use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
+use crate::mesh::tetrahedra::isosurface_stuffing::wall_quantile;
+
 /// Cosine of the least turn of a sharp edge: 30°.
 const SHARP: f64 = 0.866;
 
@@ -18,8 +20,28 @@ const SHARP: f64 = 0.866;
 const WALL: f64 = 2.0;
 const ON_SURFACE: f64 = 0.25;
 
+/// Length of sharp inner edges, in typical walls, from which on they matter.
+const CREASED: f64 = 2.0;
+
+/// The walls of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Walls {
+    /// Thickness that half of the area exceeds \[m\].
+    pub(crate) thickness: f64,
+    /// Whether they meet at sharp inner edges.
+    pub(crate) creased: bool,
+}
+
+impl Walls {
+    pub(crate) fn of(mesh: &TriMesh) -> Self {
+        let tree = SurfaceTree::new(mesh);
+        let thickness = wall_quantile(mesh, &tree, 0.5);
+        Walls { thickness, creased: inner_creases(mesh, &tree, thickness) >= CREASED * thickness }
+    }
+}
+
 /// Length of all sharp inner edges between walls of a thickness \[m\].
-pub(crate) fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
+fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
     let mut sides: HashMap<[u32; 2], usize> = HashMap::with_capacity(3 * mesh.triangles.len());
     for (t, corners) in mesh.triangles.iter().enumerate() {
         (0..3).for_each(|k| {

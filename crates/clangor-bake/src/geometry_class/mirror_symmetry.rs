@@ -19,6 +19,8 @@ use num_complex::Complex64;
 const SAMPLES: usize = 3000;
 /// Relative difference below which moments count as equal.
 const EQUAL: f64 = 2e-3;
+/// Largest residual of a noisy surface, in the root of their mean square.
+pub const NOISE: f64 = 10.0;
 /// Highest order of mirror symmetry about an axis.
 const HIGHEST_FOLD: i32 = 8;
 
@@ -36,6 +38,27 @@ pub struct MirrorPlane {
 ///
 /// Normals along coordinate axes are exact. A surface that encloses no solid has none.
 pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
+    mirror_planes_within(mesh, &Within { largest: tolerance, mean: 0.0 })
+}
+
+/// The same for a surface with noise: residuals are at most `tolerance` \[m\], or [`NOISE`] times `mean` and
+/// `mean` in the root of their mean square.
+///
+/// Half of a body and its image stand for the body, so that the surface moves by half of the residuals.
+/// With k times `mean` ≤ 2ε the phase of its sound changes by less than ε, and by far less if the noise has
+/// no mean.
+pub fn mirror_planes_in_mean(mesh: &TriMesh, tolerance: f64, mean: f64) -> Vec<MirrorPlane> {
+    mirror_planes_within(mesh, &Within { largest: tolerance, mean })
+}
+
+/// What residuals may be.
+struct Within {
+    largest: f64,
+    /// Root of the mean square, up to [`NOISE`] times which the largest is accepted.
+    mean: f64,
+}
+
+fn mirror_planes_within(mesh: &TriMesh, within: &Within) -> Vec<MirrorPlane> {
     let Ok(mass) = MassProperties::of(mesh) else { return Vec::new() };
     let centred = mesh.relative_to(mass.centre_of_mass);
     let tree = SurfaceTree::new(&centred);
@@ -48,7 +71,7 @@ pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
             continue;
         }
         tried.push(normal);
-        if let Some(residual) = residual(&centred, &tree, normal, tolerance) {
+        if let Some(residual) = residual(&centred, &tree, normal, within) {
             found.push(MirrorPlane { normal, residual });
         }
     }
@@ -81,20 +104,25 @@ fn orthogonal(planes: Vec<MirrorPlane>) -> Vec<MirrorPlane> {
     result
 }
 
-/// Largest distance of a mirrored vertex from the surface, if it is at most `tolerance`.
-fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, tolerance: f64) -> Option<f64> {
+/// Largest distance of a mirrored vertex from the surface, if the distances are small enough.
+fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) -> Option<f64> {
     let count = mesh.vertices.len();
     let step = count.div_ceil(SAMPLES).max(1);
-    let mut worst = 0.0_f64;
+    let reach = within.largest.max(NOISE * within.mean).next_up();
+    let (mut worst, mut squares, mut number) = (0.0_f64, 0.0, 0.0);
     // A coarse sample first, which rejects most candidates.
     for (start, stride) in [(0, 61 * step), (0, step)] {
+        (squares, number) = (0.0, 0.0);
         for v in mesh.vertices.iter().skip(start).step_by(stride) {
             let image = *v - 2.0 * v.dot(normal) * normal;
-            let nearest = tree.nearest_where(mesh, image, tolerance.next_up(), |_| true)?;
+            let nearest = tree.nearest_where(mesh, image, reach, |_| true)?;
             worst = worst.max(nearest.distance);
+            squares += nearest.distance.powi(2);
+            number += 1.0;
         }
     }
-    Some(worst)
+    let mean = (squares / f64::max(number, 1.0)).sqrt();
+    (worst <= within.largest.next_up() || mean <= within.mean).then_some(worst)
 }
 
 /// Directions that may be normals of mirror planes.

@@ -5,21 +5,19 @@
 //! | ellipsoid | patches | section if of revolution about y, else tetrahedra | tetrahedra in a ball |
 //! | rounded box | patches | hexahedra; tetrahedra if rounded | grid of cells |
 //! | axisymmetric | meridian | section | section, revolved |
-//! | mesh | triangles | prisms if flat, cells if thin and smooth, else tetrahedra | tetrahedra on a grid |
+//! | mesh | triangles | prisms if flat, cells if thin, else tetrahedra | tetrahedra on a grid |
 
 use std::borrow::Cow;
 
 use clangor_core::geometry::hull::convex_hull;
 use clangor_core::geometry::icosahedron::icosahedron;
 use clangor_core::geometry::solid::MeshError;
-use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
 use super::bake_geometry::{Axisymmetry, BakeGeometry};
 use super::flat_plate::FlatPlate;
-use super::inner_creases::inner_creases;
-use crate::mesh::tetrahedra::isosurface_stuffing::wall_quantile;
+use super::inner_creases::Walls;
 
 /// How the sound field around a body is discretized.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,16 +118,12 @@ impl BakeGeometry {
 
 /// Ratio of the typical wall to the longest extent below which a body is thin.
 const THIN: f64 = 0.1;
-/// Length of sharp inner edges, in typical walls, from which on they matter.
-pub(crate) const CREASED: f64 = 2.0;
 
 /// Whether cells follow the walls of a body better than tetrahedra, which must be about as small as the wall:
-/// if these are thin and do not meet at sharp inner edges.
+/// if these are thin.
 fn suits_cells(mesh: &TriMesh) -> bool {
     let (low, high) = mesh.bounds();
-    let tree = SurfaceTree::new(mesh);
-    let wall = wall_quantile(mesh, &tree, 0.5);
-    wall < THIN * (high - low).max_element() && inner_creases(mesh, &tree, wall) < CREASED * wall
+    Walls::of(mesh).thickness < THIN * (high - low).max_element()
 }
 
 /// A rounded box as triangles: the convex hull of a ball in each corner.

@@ -3,7 +3,7 @@
 //!
 //! Cells of order 4 are about half a bending wave long. The error of a frequency is estimated from order 3 on
 //! the same grid: the spaces are nested, so that both are too high, the lower order by more. Where walls meet
-//! at sharp inner edges, neither order can bend both, and the error is estimated from a coarser grid.
+//! at inner edges, less is gained by order 4, and the same difference means a larger error.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -11,7 +11,6 @@ use std::collections::BTreeMap;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::refine::refine_to_edge;
 use clangor_core::geometry::solid::MeshError;
-use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::topology::Topology;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::ModalSurface;
@@ -19,16 +18,16 @@ use glam::DVec3;
 
 use super::volume_fem::spectrum;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
-use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, expected};
+use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, edge_of_cells, expected};
+use crate::fem::supports::{Holding, Support, SupportError};
 use crate::fem::{ElasticConstants, ElasticSystem};
-use crate::geometry_class::inner_creases::inner_creases;
-use crate::geometry_class::solver_choice::CREASED;
+use crate::geometry_class::inner_creases::Walls;
 use crate::mesh::decimate::decimate;
-use crate::mesh::tetrahedra::isosurface_stuffing::{StuffingError, wall_quantile};
+use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::Mode;
 
 /// Edge of the cells in shortest waves for an error of [`WAVE_ERROR`], of eighth order in the edge.
-const CELLS_PER_WAVE: f64 = 0.6;
+const EDGE_IN_WAVES: f64 = 0.6;
 const WAVE_ERROR: f64 = 0.005;
 const WAVE_ORDER: f64 = 8.0;
 /// Least number of cells along the longest extent.
@@ -39,10 +38,9 @@ const LONGEST_IN_WALLS: f64 = 30.0;
 const ORDER_GAIN: f64 = 6.0;
 /// Order at which frequencies converge with the edge; edges and creases keep it low.
 const CONVERGENCE: f64 = 4.0;
-/// The same for walls that meet at sharp inner edges, and the ratio of the first edges. Seen: 7.3 and 3.9 %
-/// for the first mode of an open box, with edges in a ratio of 2.4.
-const CREASED_CONVERGENCE: f64 = 0.8;
-const CREASED_RATIO: f64 = 1.5;
+/// The same for walls that meet at sharp inner edges. Seen: 3.1 for the first mode of an open box of 4 mm.
+const CREASED_GAIN: f64 = 3.0;
+const CREASED_CONVERGENCE: f64 = 2.0;
 /// Factor on the node limit for the estimate of a grid that is not made yet.
 const MOST_EXPECTED: f64 = 1.5;
 /// Longest edge of the surface that carries the shapes, in cells.
@@ -50,20 +48,32 @@ const SURFACE_EDGE: f64 = 0.35;
 /// Largest distance of that surface from the input, in walls.
 const SURFACE_ERROR: f64 = 0.1;
 
+/// Cells of a draft.
+const DRAFT_CELLS: f64 = 90.0;
+
+/// How much work the grids of a body may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum CellEffort {
+    /// Orders 3 and 4 in cells as small as the accuracy needs.
+    Accurate,
+    /// Orders 2 and 3 in a few large cells.
+    Draft,
+}
+
 /// A closed surface, and the lengths that set the size of cells.
 pub(super) struct ImmersedBody<'a> {
     surface: Cow<'a, TriMesh>,
     constants: &'a ElasticConstants,
     /// Longest extent \[m\].
     size: f64,
-    /// Wall that half of the area exceeds \[m\].
-    wall: f64,
+    walls: Walls,
     /// \[m³\]
     volume: f64,
     /// Most nodes of a grid.
     most_nodes: usize,
-    /// Whether walls meet at sharp inner edges.
-    creased: bool,
+    effort: CellEffort,
+    /// What holds the body; empty if it is free.
+    supports: &'a [Support],
 }
 
 /// A grid with displacements of one order.
@@ -79,34 +89,59 @@ impl<'a> ImmersedBody<'a> {
         surface: Cow<'a, TriMesh>,
         constants: &'a ElasticConstants,
         most_nodes: usize,
+        effort: CellEffort,
     ) -> Result<Self, ModalAnalysisError> {
         let parts = solid_parts(&surface).map_err(StuffingError::Input)?;
         if parts > 1 {
             return Err(ModalAnalysisError::LooseParts(parts));
         }
         let (low, high) = surface.bounds();
-        let tree = SurfaceTree::new(&surface);
-        let wall = wall_quantile(&surface, &tree, 0.5);
-        let creased = inner_creases(&surface, &tree, wall) >= CREASED * wall;
+        let walls = Walls::of(&surface);
         let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
         let size = (high - low).max_element();
-        Ok(ImmersedBody { surface, constants, size, wall, volume, most_nodes, creased })
+        Ok(ImmersedBody { surface, constants, size, walls, volume, most_nodes, effort, supports: &[] })
+    }
+
+    /// The same body, held.
+    pub(super) fn held_by(self, supports: &'a [Support]) -> Self {
+        ImmersedBody { supports, ..self }
+    }
+
+    fn holding(&self, mesh: &Immersed) -> Result<Holding, SupportError> {
+        mesh.cells.holding(&self.surface, self.supports, self.constants, self.walls.thickness)
+    }
+
+    /// Order of all grids but the first.
+    fn last_order(&self) -> Order {
+        match self.effort {
+            CellEffort::Accurate => Order::Fourth,
+            CellEffort::Draft => Order::Third,
+        }
+    }
+
+    /// Error of the lower order in that of the higher.
+    fn order_gain(&self) -> f64 {
+        if self.walls.creased { CREASED_GAIN } else { ORDER_GAIN }
     }
 
     fn with(&self, edge: f64, order: Order) -> Result<Immersed, ModalAnalysisError> {
         let [elements, nodes] = expected(self.surface.area(), self.volume, edge);
         if nodes > MOST_EXPECTED * self.most_nodes as f64 {
-            let (wall, most) = (self.wall, self.most_nodes);
+            let (wall, most) = (self.walls.thickness, self.most_nodes);
             return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
         }
         let grid = CellGrid::around(&self.surface, edge);
-        Ok(Immersed { cells: FiniteCells::new(&self.surface, grid, order)?, edge, order })
+        Ok(Immersed {
+            cells: FiniteCells::new(&self.surface, grid, order, self.walls.thickness)?,
+            edge,
+            order,
+        })
     }
 
     /// The triangles on which shapes are given: short against waves, and not many more than that needs.
     fn carrier(&self, edge: f64) -> TriMesh {
         let longest = SURFACE_EDGE * edge;
-        decimate(&refine_to_edge(&self.surface, longest), longest, SURFACE_ERROR * self.wall)
+        decimate(&refine_to_edge(&self.surface, longest), longest, SURFACE_ERROR * self.walls.thickness)
     }
 }
 
@@ -126,44 +161,68 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     type Modes = Vec<Mode>;
 
     fn method(&self) -> &'static str {
-        "cells of fourth order, cut by the surface"
+        match self.effort {
+            CellEffort::Accurate => "cells of fourth order, cut by the surface",
+            CellEffort::Draft => "a few cells of third order, cut by the surface",
+        }
     }
 
     fn convergence(&self) -> f64 {
-        if self.creased { CREASED_CONVERGENCE } else { CONVERGENCE }
+        if self.walls.creased { CREASED_CONVERGENCE } else { CONVERGENCE }
     }
 
     fn first_ratio(&self) -> f64 {
         // From order 3 to order 4 on the same grid.
-        if self.creased { CREASED_RATIO } else { 1.0 }
+        1.0
     }
 
     fn coarse(&self, limit: f64, accuracy: f64) -> Result<Immersed, ModalAnalysisError> {
-        let wave = shortest_wave(self.constants, self.wall, limit);
-        let per_wave = CELLS_PER_WAVE * (accuracy / WAVE_ERROR).min(1.0).powf(WAVE_ORDER.recip());
-        let edge = (per_wave * wave).min(self.size / LEAST_CELLS).min(LONGEST_IN_WALLS * self.wall);
-        let order = if self.creased { Order::Fourth } else { Order::Third };
-        self.with(edge, order)
+        let wave = shortest_wave(self.constants, self.walls.thickness, limit);
+        let edge_in_waves = EDGE_IN_WAVES * (accuracy / WAVE_ERROR).min(1.0).powf(WAVE_ORDER.recip());
+        let edge =
+            (edge_in_waves * wave).min(self.size / LEAST_CELLS).min(LONGEST_IN_WALLS * self.walls.thickness);
+        match self.effort {
+            CellEffort::Draft => {
+                let fewer = edge_of_cells(self.surface.area(), self.volume, DRAFT_CELLS);
+                self.with(edge.max(fewer), Order::Second)
+            }
+            CellEffort::Accurate => self.with(edge, Order::Third),
+        }
     }
 
     fn finer(&self, than: &Immersed, ratio: f64) -> Result<Immersed, ModalAnalysisError> {
-        let edge = match than.order {
-            Order::Third => than.edge,
-            Order::Fourth => than.edge / ratio,
-        };
-        self.with(edge, Order::Fourth)
+        let last = self.last_order();
+        self.with(if than.order < last { than.edge } else { than.edge / ratio }, last)
     }
 
     fn size(&self, mesh: &Immersed) -> (usize, f64) {
-        let longer = match mesh.order {
-            Order::Third => ORDER_GAIN.powf(CONVERGENCE.recip()),
-            Order::Fourth => 1.0,
+        let longer = if mesh.order < self.last_order() {
+            self.order_gain().powf(self.convergence().recip())
+        } else {
+            1.0
         };
         (mesh.cells.node_count(), longer * mesh.edge)
     }
 
     fn solve(&self, mesh: &Immersed, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalAnalysisError> {
-        Ok(spectrum(&mesh.cells.system(self.constants), limit)?)
+        let system = mesh.cells.system(self.constants);
+        Ok(match self.supports.is_empty() {
+            true => spectrum(&system, limit)?,
+            false => spectrum(&system.held_by(&self.holding(mesh)?), limit)?,
+        })
+    }
+
+    fn support_damping(
+        &self,
+        mesh: &Immersed,
+        modes: &Vec<Mode>,
+        count: usize,
+    ) -> Result<Vec<f64>, SupportError> {
+        if self.supports.is_empty() {
+            return Ok(vec![0.0; count]);
+        }
+        let holding = self.holding(mesh)?;
+        Ok(modes.iter().take(count).map(|mode| holding.damping(&mode.shape)).collect())
     }
 
     fn system(&self, mesh: &Immersed) -> Option<ElasticSystem> {

@@ -21,7 +21,7 @@ use super::plate_mesh::plate_mesh;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::bricks::box_of_bricks;
 use crate::fem::prisms::{Prisms, plate_of_prisms};
-use crate::fem::supports::{Holding, Support, SupportKind};
+use crate::fem::supports::{Holding, Support, SupportError, SupportKind};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::flat_plate::FlatPlate;
 use crate::geometry_class::solver_choice::ModalChoice;
@@ -359,6 +359,19 @@ impl RefinableDiscretization for VolumeFem<'_> {
             false => system.held_by(&Holding::new(&mesh.mesh, self.supports)?),
         };
         Ok(spectrum(&system, limit)?)
+    }
+
+    fn support_damping(
+        &self,
+        mesh: &Filled,
+        modes: &Vec<Mode>,
+        count: usize,
+    ) -> Result<Vec<f64>, SupportError> {
+        if self.supports.is_empty() {
+            return Ok(vec![0.0; count]);
+        }
+        let holding = Holding::new(&mesh.mesh, self.supports)?;
+        Ok(modes.iter().take(count).map(|mode| holding.damping(&mode.shape)).collect())
     }
 
     fn system(&self, mesh: &Filled) -> Option<ElasticSystem> {

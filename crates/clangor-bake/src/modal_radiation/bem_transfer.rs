@@ -35,7 +35,9 @@ use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::has_cavities;
 use crate::bem::triangles::{Equation, MOST_ORDER, TriangleSolver};
-use crate::geometry_class::mirror_symmetry::mirror_planes;
+use crate::effort::Effort;
+use crate::geometry_class::mirror_symmetry::mirror_planes_in_mean;
+use crate::mesh::draft_surface::draft_surface;
 use crate::mesh::remesh::resolution::resolution;
 use crate::mesh::remesh::{RemeshError, SymmetricMesh, remesh, remesh_symmetric};
 use crate::modal_radiation::normal_velocity_projection::NormalVelocityProjection;
@@ -66,7 +68,12 @@ pub struct BemModalSolver {
     spacing: f64,
     /// Unit of length of the bands \[m\].
     unit: f64,
+    effort: Effort,
 }
+
+/// Unknowns of a draft, and spacing in κ of its ladder.
+const DRAFT_UNKNOWNS: f64 = 400.0;
+const DRAFT_SPACING: f64 = 1.6;
 
 /// A mesh and its band.
 #[derive(Clone, Debug)]
@@ -110,7 +117,9 @@ impl BemModalSolver {
             if bands.last().is_some_and(|finer| !useful(finer)) {
                 continue;
             }
-            let planes = centred_mirrors(surface, &mass, accuracy * fineness.wall, highest);
+            let within = accuracy * fineness.wall;
+            let within = [within, within.min(2.0 * accuracy / highest)];
+            let planes = centred_mirrors(surface, &mass, within, highest);
             let mesh = match remesh_symmetric(surface, &planes, &fineness.options) {
                 Ok((mesh, _)) if !planes.is_empty() => mesh,
                 // A mesh that cannot be cut at its planes may work as a whole.
@@ -118,7 +127,26 @@ impl BemModalSolver {
             };
             bands.push((Band { mesh, highest }, fineness.unknowns));
         }
-        Ok(BemModalSolver { bands: bands.into_iter().map(|(band, _)| band).collect(), spacing, unit })
+        let bands = bands.into_iter().map(|(band, _)| band).collect();
+        Ok(BemModalSolver { bands, spacing, unit, effort: Effort::Exact })
+    }
+
+    /// A draft for a body whose centre of mass is at the origin: one mesh of about [`DRAFT_UNKNOWNS`] for all
+    /// modes, and no more systems for cavities. Above two edges per wavelength it says little.
+    ///
+    /// # Errors
+    /// [`RemeshError::Input`] for a surface that bounds no solid.
+    pub fn draft(surface: &TriMesh) -> Result<Self, RemeshError> {
+        let unit = surface.bounding_radius(DVec3::ZERO);
+        let vertices = surface.vertices.iter().map(|x| *x / unit).collect();
+        let surface = TriMesh { vertices, triangles: surface.triangles.clone() };
+        let mesh = whole(draft_surface(&surface, DRAFT_UNKNOWNS).map_err(RemeshError::Input)?);
+        Ok(BemModalSolver {
+            bands: vec![Band { mesh, highest: f64::INFINITY }],
+            spacing: DRAFT_SPACING,
+            unit,
+            effort: Effort::Draft,
+        })
     }
 
     /// With the given triangles, for all modes.
@@ -127,6 +155,7 @@ impl BemModalSolver {
             bands: vec![Band { mesh, highest: f64::INFINITY }],
             spacing: SOLID_SPACING,
             unit: 1.0,
+            effort: Effort::Exact,
         }
     }
 
@@ -169,13 +198,18 @@ impl ModalSolver for BemModalSolver {
             let wavenumbers: Vec<f64> = own.iter().map(|i| wavenumber(*i)).collect();
             let rungs = rungs(&wavenumbers, self.spacing / radius);
             let highest = rungs.iter().map(|rung| rung.wavenumber).fold(0.0, f64::max);
-            let solver = TriangleSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?;
+            let solver = match self.effort {
+                Effort::Exact => TriangleSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?,
+                Effort::Draft => TriangleSolver::try_draft(&band.mesh.cell, highest)?,
+            };
             let mesh = band.mesh.whole().0;
             let operator = NormalVelocityProjection::new(surface, &mesh).ok_or(RadiationError::Empty)?;
             let loads: Vec<Vec<f64>> = own.iter().map(|i| operator.of(motions[*i].shape)).collect();
             let orders: Vec<usize> = wavenumbers.iter().map(|k| order(k * radius)).collect();
             let mut sums: Vec<Vec<Complex64>> =
                 orders.iter().map(|n| vec![Complex64::ZERO; (n + 1) * (n + 1)]).collect();
+            let most = orders.iter().copied().max().unwrap_or(0);
+            let harmonics = solver.surface_harmonics(most, radius);
             let entries = solver.unknowns() * solver.unknowns() * band.mesh.images().len();
             let together = (MEMORY / (entries.max(1) * 8)).clamp(1, rayon::current_num_threads().max(1));
             // Assembly, factorisation and reciprocity, as many systems at once as fit in memory.
@@ -188,7 +222,7 @@ impl ModalSolver for BemModalSolver {
                     .map(|rung| {
                         let highest = rung.uses.iter().map(|(i, _)| orders[*i]).max().unwrap_or(0);
                         let used: Vec<Vec<f64>> = rung.uses.iter().map(|(i, _)| loads[*i].clone()).collect();
-                        solver.radiate(rung.wavenumber, highest, radius, &used)
+                        solver.radiate(rung.wavenumber, highest, radius, &used, harmonics.as_ref())
                     })
                     .collect();
                 // Interpolation in wavenumber.
@@ -277,18 +311,18 @@ pub(super) fn trimmed(mut coefficients: Vec<Complex64>, kappa: f64) -> ModalTran
 }
 
 /// Normals of the mirror planes of a surface that pass through the origin: an offset δ would shift the phase
-/// by kδ.
+/// by kδ. Images lie within a distance, or within another in the mean.
 pub(super) fn centred_mirrors(
     surface: &TriMesh,
     mass: &MassProperties,
-    tolerance: f64,
+    [tolerance, mean]: [f64; 2],
     highest: f64,
 ) -> Vec<DVec3> {
     const SHIFT: f64 = 2e-3;
     if mass.centre_of_mass.length() * highest > SHIFT {
         return Vec::new();
     }
-    mirror_planes(surface, tolerance).into_iter().map(|plane| plane.normal).collect()
+    mirror_planes_in_mean(surface, tolerance, mean).into_iter().map(|plane| plane.normal).collect()
 }
 
 /// A mesh without mirror planes.

@@ -62,7 +62,9 @@ impl SurfaceModes {
     pub fn try_new(surface: &TriMesh, highest: f64, modes: usize, accuracy: f64) -> Result<Self, BakeError> {
         let mass = MassProperties::of(surface)?;
         let fineness = resolution(surface, highest, accuracy)?;
-        let planes = centred_mirrors(surface, &mass, accuracy * fineness.wall, highest).len();
+        let within = accuracy * fineness.wall;
+        let within = [within, within.min(2.0 * accuracy / highest)];
+        let planes = centred_mirrors(surface, &mass, within, highest).len();
         let parts = f64::from(1_u32 << planes);
         let all = fineness.unknowns as f64;
         let system = all / parts;
@@ -82,6 +84,14 @@ impl SurfaceModes {
             }
         }
         Ok(SurfaceModes::Triangles(BemModalSolver::try_new(surface, highest, accuracy)?))
+    }
+
+    /// A draft for any number of modes: boundary elements on few triangles.
+    ///
+    /// # Errors
+    /// [`BakeError`].
+    pub fn draft(surface: &TriMesh) -> Result<Self, BakeError> {
+        Ok(SurfaceModes::Triangles(BemModalSolver::draft(surface)?))
     }
 
     /// Name of the method.

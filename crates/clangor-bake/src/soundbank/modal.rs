@@ -190,6 +190,7 @@ pub fn modal_model(
         sampled.push(ModalMode {
             frequency,
             mesh_error: f64::NAN,
+            support_damping: 0.0,
             shape: surface.motion(mode.parity, &shape),
             transfer: None,
         });
@@ -200,6 +201,7 @@ pub fn modal_model(
         medium: material.medium,
         density: material.density,
         max_frequency,
+        statistical_above: None,
         surface: surface.surface,
         modes: sampled,
     };

@@ -74,6 +74,14 @@ pub(super) fn accuracy(text: &str) -> Result<f64, String> {
     between(text, *ACCURACIES.start(), *ACCURACIES.end(), "")
 }
 
+/// Seconds of CPU time; 0 for none, infinity for all.
+pub(super) fn patience(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds >= 0.0 => Ok(seconds),
+        _ => Err("must be a number of seconds from 0, or inf".into()),
+    }
+}
+
 pub(super) fn band(text: &str) -> Result<f64, String> {
     between(text, LOWEST_BAND_LIMIT, HIGHEST_BAND_LIMIT, "Hz")
 }

@@ -4,6 +4,7 @@ use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
 
+use clangor_bake::modal_analysis::modal_density::ModalDensity;
 use clangor_core::body::{Motion, Surface};
 use clangor_core::geometry::principal_axes::principal_axes;
 use clangor_core::material::Material;
@@ -13,14 +14,15 @@ use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
 use clangor_pipeline::session::named_body::preset;
-use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts, ModalDensity};
-use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh};
-use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
+use clangor_pipeline::stages::bake_costs::{BakeCost, bake_costs};
+use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts};
+use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh, size_warning};
+use clangor_pipeline::stages::sound_models::{Quality, SoundFile, read_sound_file};
 use clangor_sim::choose_solver;
 use serde_json::{Value, json};
 
 use super::bake::{modal_report, model_report, pan_report};
-use super::{bank, is_timeline, load};
+use super::{bank, drafts, is_timeline, load};
 use crate::arguments::{Global, Inspect};
 use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
@@ -241,6 +243,9 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
         let described = said.contains(&(Arc::as_ptr(&body.surface).addr(), body.material.name.as_str()));
         if let Some(facts) = BodyFacts::of(&body.surface).filter(|_| !described) {
             console.say(format_args!("  {}, {}", sizes(&facts), modes(&facts, &body.material)));
+            if body.motion == Motion::Free {
+                say_costs(&bake_costs(&body.surface, Some(&body.material)), console);
+            }
             said.push((Arc::as_ptr(&body.surface).addr(), body.material.name.as_str()));
         }
     }
@@ -282,22 +287,16 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
     let text = options.file.as_str();
     let material = options.material.as_deref().map(preset).transpose()?;
     let reference = geometry_reference(text, options.scale);
-    // A name with a separator or an ending is meant as a file; a shape has numbers there.
-    let path = Path::new(text);
-    let is_named_like_a_file =
-        path.extension().is_some_and(|e| e.to_string_lossy().starts_with(char::is_alphabetic));
-    if matches!(reference.geometry, Geometry::Shape(_)) && (path.exists() || is_named_like_a_file) {
-        let fault = if path.exists() { "is of no known kind" } else { "does not exist" };
-        return Err(Failure::new(format_args!(
-            "{text} {fault}; inspect reads .toml, .timeline, .wav, .safetensors, .obj, .ply, .stl, .gltf, \
-             .glb, and shapes such as mug"
-        )));
+    if matches!(reference.geometry, Geometry::Shape(_)) {
+        refuse_files_as_shapes(text)?;
     }
     let refuse = |e: &dyn Display| Failure::new(format_args!("\"{text}\" cannot be inspected: {e}"));
     let (loaded, parts) = match &reference.geometry {
         Geometry::Shape(_) => (load_geometry(Path::new(""), &reference).map_err(|e| refuse(&e))?, None),
         Geometry::File(file) => {
             let (loaded, mesh) = load_mesh(Path::new(file), reference.scale).map_err(|e| refuse(&e))?;
+            let warnings = loaded.warnings.iter().cloned().chain(size_warning(&loaded.surface));
+            warnings.for_each(|warning| console.warn(format_args!("\"{text}\": {warning}")));
             let cache = ModelCache::find(global.cache.as_deref());
             let found = mesh.parts(None, cache.as_ref()).map_err(|e| refuse(&e))?;
             found.remarks.iter().for_each(|remark| console.warn(remark));
@@ -344,9 +343,13 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
             console.say(format_args!("in {}: {mass:.6e} kg, {}", material.name, modes(facts, material)));
         }
     }
+    let costs = bake_costs(&loaded.surface, material.as_ref());
+    say_costs(&costs, console);
     console.json(&json!({
         "body": facts.map(|facts| facts_json(&facts, material.as_ref())),
+        "bake_costs": costs.iter().map(cost_json).collect::<Vec<_>>(),
         "mass_kg": material.as_ref().map(|material| material.density * loaded.mass.volume),
+        "warnings": loaded.warnings,
         "triangles": triangles,
         "convex_parts": parts,
         "convex_parts_error_m": parts_error,
@@ -357,6 +360,53 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
         "principal_moments_per_density_m5": moments.to_array(),
     }));
     Ok(())
+}
+
+/// A name with a separator or an ending is meant as a file; a shape has numbers there.
+fn refuse_files_as_shapes(text: &str) -> Result<(), Failure> {
+    let path = Path::new(text);
+    let is_named_like_a_file =
+        path.extension().is_some_and(|e| e.to_string_lossy().starts_with(char::is_alphabetic));
+    if !path.exists() && !is_named_like_a_file {
+        return Ok(());
+    }
+    let fault = if path.exists() { "is of no known kind" } else { "does not exist" };
+    Err(Failure::new(format_args!(
+        "{text} {fault}; inspect reads .toml, .timeline, .wav, .safetensors, .obj, .ply, .stl, .gltf, .glb, \
+         and shapes such as mug"
+    )))
+}
+
+/// One line with the estimated CPU time of the models at each quality.
+fn say_costs(costs: &[BakeCost], console: &Console) {
+    if costs.is_empty() {
+        return;
+    }
+    let part = |cost: &BakeCost| {
+        let clicks = drafts::duration(cost.clicks);
+        let ringing =
+            cost.ringing.map_or(String::new(), |seconds| format!(" + {}", drafts::duration(seconds)));
+        format!("{} {clicks}{ringing}", quality_name(cost.quality))
+    };
+    let all: Vec<String> = costs.iter().map(part).collect();
+    let parts = if costs[0].ringing.is_some() { "clicks + ringing" } else { "clicks" };
+    console.say(format_args!("  a bake takes about ({parts}, CPU time): {}", all.join(", ")));
+}
+
+fn quality_name(quality: Quality) -> &'static str {
+    match quality {
+        Quality::Draft => "draft",
+        Quality::Normal => "normal",
+        Quality::High => "high",
+    }
+}
+
+fn cost_json(cost: &BakeCost) -> Value {
+    json!({
+        "quality": quality_name(cost.quality),
+        "clicks_s": cost.clicks,
+        "ringing_s": cost.ringing,
+    })
 }
 
 /// Bounding box and wall of a body.

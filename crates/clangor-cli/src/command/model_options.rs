@@ -9,7 +9,7 @@ use crate::arguments::{self, Device, ModelArguments, Solver};
 impl ModelArguments {
     /// The options of the library, with the processor of finite differences in time.
     pub(super) fn on(&self, device: Device) -> ModelOptions {
-        let ModelArguments { quality, accuracy, max_frequency, method } = self.clone();
+        let ModelArguments { quality, accuracy, max_frequency, method, patience } = self.clone();
         ModelOptions {
             quality: match quality {
                 arguments::Quality::Draft => Quality::Draft,
@@ -27,6 +27,7 @@ impl ModelArguments {
                 Device::Cpu => WaveDevice::Cpu,
                 Device::Gpu => WaveDevice::Gpu,
             },
+            patience: Some(patience),
         }
     }
 }

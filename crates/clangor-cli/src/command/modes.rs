@@ -12,7 +12,7 @@ use clangor_bake::modal_analysis::{
 use clangor_core::material::Material;
 use clangor_pipeline::formats::atomic_file::AtomicFile;
 use clangor_pipeline::session::named_body::preset;
-use clangor_pipeline::stages::load::{geometry_reference, load_geometry};
+use clangor_pipeline::stages::load::load_named;
 use clangor_pipeline::stages::sound_models::{AccelerationBake, SoundModelRequest};
 use serde_json::json;
 
@@ -24,8 +24,8 @@ pub(crate) fn run(options: &Modes, console: &Console) -> Result<(), Failure> {
     let body = &options.body;
     let material = material(options)?;
     let constants = ElasticConstants::of(&material).map_err(|e| cannot_ring(body, &e))?;
-    let reference = geometry_reference(body, options.scale);
-    let loaded = load_geometry(Path::new(""), &reference).map_err(|e| cannot_ring(body, &e))?;
+    let loaded = load_named(body, options.scale).map_err(|e| cannot_ring(body, &e))?;
+    loaded.warnings.iter().for_each(|warning| console.warn(format_args!("\"{body}\": {warning}")));
     // How a body is recognised does not depend on the band.
     let part = AccelerationBake(BakeOptions::new(1.0, 0.01));
     let request = SoundModelRequest::new(body, &loaded.surface, loaded.mass, part)

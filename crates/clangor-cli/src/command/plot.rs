@@ -102,7 +102,7 @@ fn spectrum(
     }
     let spectrum = Spectrum::of(&samples, rate).map_err(|e| failure(&e))?;
     let modes: Vec<f64> = match model {
-        Some(model) => modal_part(model)?.1.model.modes.iter().map(|m| m.frequency).collect(),
+        Some(model) => modal_part(model)?.1.model.known_modes().iter().map(|m| m.frequency).collect(),
         None => Vec::new(),
     };
     let name = sound.file_name().unwrap_or_default().to_string_lossy();

@@ -10,7 +10,7 @@ use clangor_pipeline::stages::sound_models::ModelOptions;
 use clangor_sim::SimulationReport;
 
 use super::simulate::say_simulated;
-use super::{collision_parts, is_timeline};
+use super::{collision_parts, drafts, is_timeline};
 use crate::arguments::Global;
 use crate::console::{Console, Progress};
 use crate::diagnostics::draw_warning;
@@ -119,6 +119,7 @@ pub(super) fn prepare(
     let models = session.obtain_models()?;
     bars.clear();
     models.remarks.iter().for_each(|remark| console.warn(remark));
+    drafts::say(session, console);
     Ok(simulated)
 }
 

@@ -16,7 +16,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
-use super::impact_pulse::ImpactPulse;
+use super::impact_pulse::{BodyPulse, ImpactPulse};
 use crate::body::BodyId;
 
 /// Share of the approach speed. An impact whose speed falls below it without the impacts before it is caused
@@ -59,7 +59,7 @@ fn passed_on(pulse: &ImpactPulse) -> f64 {
 
 /// The movable bodies of an impact.
 fn bodies_of(pulse: &ImpactPulse) -> impl Iterator<Item = BodyId> + use<> {
-    pulse.bodies.map(|share| share.map(|share| share.body)).into_iter().flatten()
+    pulse.bodies.map(|share| share.filter(BodyPulse::moves).map(|share| share.body)).into_iter().flatten()
 }
 
 /// Sets the onsets of the impacts of one instant, given the impacts that still push each body.

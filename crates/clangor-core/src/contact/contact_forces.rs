@@ -30,6 +30,7 @@ use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::{BodyPulse, ImpactPulse};
 use super::impact_solver::{ImpactSolver, SolveInput, SolvedForce};
 use super::modal_energy::{ModesAtContact, ModesOf, bound_modal_energy, modal_energy_ratio};
+use crate::body::BodyId;
 
 /// How the force of an impact comes about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -178,6 +179,12 @@ impl Prepared {
             let share = pulse.bodies[side]?;
             modes(share.body, &share.local(&pulse.points, if side == 0 { 1.0 } else { -1.0 }))
         });
+        // A body that contacts cannot move takes part by its vibration.
+        for (side, share) in pulse.bodies.iter_mut().enumerate() {
+            if own[side].is_none() && !impact.sides[side].is_movable() {
+                *share = None;
+            }
+        }
         let modal_share = modal_energy_ratio(&pulse, [own[0].as_ref(), own[1].as_ref()]);
         pulse.modal_energy_ratio = if modal_share.is_finite() { modal_share } else { 0.0 };
         Ok(Prepared { contact, own, pulse, modal_share })
@@ -192,10 +199,10 @@ fn rigid_pulse(impact: &Impact, settings: &ForceSettings) -> Result<ImpactPulse,
         let body = impact.sides[0].body.0;
         return Err(ContactError::NoDuration { body, time: impact.time, duration });
     }
-    // Impulse and change of the velocities of each movable body.
+    // Impulse and change of the velocities of each body.
     let [a, b] = impact.sides;
     let share = |side: ContactSide, sign: f64| {
-        side.is_movable().then(|| BodyPulse::new(&side, &impact.points, sign, duration))
+        (side.body != BodyId::WORLD).then(|| BodyPulse::new(&side, &impact.points, sign, duration))
     };
     Ok(ImpactPulse {
         impact_id: impact.impact_id,

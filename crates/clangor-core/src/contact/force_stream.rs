@@ -18,7 +18,6 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::contact_side::inverse_mass;
 use super::pulses::whole_impacts;
 use super::row_checks::check_row;
 use super::{ContactError, PoseHistory};
@@ -93,7 +92,7 @@ pub fn force_stream(
             let ids = [step[0].body_a, step[0].body_b];
             let moves = ids.iter().any(|id| speed(bodies, poses, *id, time) >= settings.rest_speed);
             for (id, sign) in ids.into_iter().zip([1.0, -1.0]) {
-                if id == BodyId::WORLD || inverse_mass(&bodies[id.index()]) == 0.0 {
+                if id == BodyId::WORLD || bodies[id.index()].surface.is_plane() {
                     continue;
                 }
                 // Contact points in the frame of the body.

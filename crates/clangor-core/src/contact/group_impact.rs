@@ -129,8 +129,7 @@ impl GroupContact {
         let duration = hertz.duration();
         let energy = |at: usize| {
             let (side, point) = (&self.sides[at], self.local(at));
-            let modes = Some(side).filter(|side| side.is_movable()).and_then(|s| modes(s.body, &[point]));
-            modes.map_or(0.0, |modes| match modes.covers(1) {
+            modes(side.body, &[point]).map_or(0.0, |modes| match modes.covers(1) {
                 true => modes.energy(&[impulse * point.1], |omega| centred_spectrum(0.5 * omega * duration)),
                 false => f64::NAN,
             })
@@ -215,8 +214,7 @@ impl GroupSolver {
             let own: Vec<(usize, usize)> = group.ends_of(index).collect();
             let points: Vec<(DVec3, DVec3)> =
                 own.iter().map(|(contact, at)| group.contacts[*contact].local(*at)).collect();
-            let own_modes = Some(&member.side).filter(|side| side.is_movable());
-            let own_modes = own_modes.and_then(|side| modes(side.body, &points));
+            let own_modes = modes(member.side.body, &points);
             if own_modes.as_ref().is_some_and(|modes| !modes.covers(points.len())) {
                 return None;
             }

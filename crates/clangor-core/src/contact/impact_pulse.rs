@@ -40,7 +40,7 @@ pub struct ImpactPulse {
     pub velocity_before: Option<DVec3>,
     /// A and B.
     pub pair: [BodyId; 2],
-    /// Action on A and B; `None` for a body that contacts cannot move.
+    /// Action on A and B; `None` for a body that contacts neither move nor set into vibration.
     pub bodies: [Option<BodyPulse>; 2],
     /// Contact points: place [m, world] and impulse on A [N s].
     pub points: Vec<(DVec3, DVec3)>,
@@ -112,6 +112,11 @@ pub struct BodyPulse {
 }
 
 impl BodyPulse {
+    /// Whether the body moves as a whole: not where it is held and only vibrates.
+    pub fn moves(&self) -> bool {
+        self.velocity_change != DVec3::ZERO || self.angular_velocity_change != DVec3::ZERO
+    }
+
     /// The share of the body on one side, which is A for a `sign` of 1 and B for −1, in an impact of a
     /// `duration` \[s\].
     pub(super) fn new(side: &ContactSide, points: &[ContactPoint], sign: f64, duration: f64) -> Self {

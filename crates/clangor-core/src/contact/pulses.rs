@@ -7,8 +7,9 @@
 //! A body that breaks receives the whole pulse that broke it, including the part after its death. The time of
 //! a fracture is known to a time step only, and the impulse has moved the body by then.
 //!
-//! A body that contacts cannot move (fixed, keyframed, half-space, world) radiates nothing, but its stiffness
-//! and curvature enter the duration. The world has no material and counts as a rigid plane.
+//! A body that contacts cannot move (fixed, keyframed, half-space, world) has no acceleration noise, but its
+//! stiffness and curvature enter the duration, and a fixed or keyframed one may vibrate. The world has no
+//! material and counts as a rigid plane.
 
 use std::collections::BTreeMap;
 

@@ -30,7 +30,7 @@ pub enum MeshError {
     },
     /// A triangle has no area: corners coincide or lie on a line.
     #[error(
-        "{count} triangles have no area, the first is triangle {triangle} near {position}; weld or remesh"
+        "{count} triangles have no area, the first is triangle {triangle} near {position:.5}; weld or remesh"
     )]
     Degenerate {
         /// Number of such triangles.
@@ -41,7 +41,7 @@ pub enum MeshError {
         position: DVec3,
     },
     /// Vertices coincide.
-    #[error("{count} vertices coincide with another, the first at {position}; weld the mesh")]
+    #[error("{count} vertices coincide with another, the first at {position:.5}; weld the mesh")]
     Duplicate {
         /// Number of redundant vertices.
         count: usize,
@@ -50,8 +50,8 @@ pub enum MeshError {
     },
     /// Edges with a triangle on one side only.
     #[error(
-        "the surface is open: {edges} boundary edges, one near {position}; close the holes, weld the mesh, \
-        or give the shell a thickness"
+        "the surface is open: {edges} boundary edges, one near {position:.5}; close the holes, weld the \
+         mesh, or give the shell a thickness"
     )]
     Open {
         /// Number of edges.
@@ -60,7 +60,10 @@ pub enum MeshError {
         position: DVec3,
     },
     /// Edges with more than two triangles.
-    #[error("{edges} edges have more than two triangles, one near {position}")]
+    #[error(
+        "{edges} edges have more than two triangles, one near {position:.5}; remove faces inside of the \
+         body, or separate the parts that touch there"
+    )]
     NonManifold {
         /// Number of edges.
         edges: usize,
@@ -68,7 +71,9 @@ pub enum MeshError {
         position: DVec3,
     },
     /// Neighbouring triangles wind in opposite senses.
-    #[error("triangles wind inconsistently across {edges} edges, one near {position}; recompute the normals")]
+    #[error(
+        "triangles wind inconsistently across {edges} edges, one near {position:.5}; recompute the normals"
+    )]
     Winding {
         /// Number of edges.
         edges: usize,
@@ -76,7 +81,7 @@ pub enum MeshError {
         position: DVec3,
     },
     /// The surface faces inwards.
-    #[error("the surface near {position} faces inwards (volume {volume:.3e} m³); flip the triangles")]
+    #[error("the surface near {position:.5} faces inwards (volume {volume:.3e} m³); flip the triangles")]
     Inverted {
         /// Signed volume \[m³\].
         volume: f64,
@@ -90,13 +95,71 @@ pub enum MeshError {
         volume: f64,
     },
     /// A component lies inside another, but is not a cavity.
-    #[error("a component near {position} lies inside another, so that its volume would count twice")]
+    #[error(
+        "a component near {position:.5} lies inside another, so that its volume would count twice; flip its \
+        triangles if it is a cavity, or remove it"
+    )]
     Nested {
         /// A vertex of the inner component.
         position: DVec3,
     },
+    /// A hole too large to be closed without guessing.
+    #[error(
+        "the surface is open: {}, one near {position:.5} with a border of {:.0} % of the diagonal; close \
+        what should be closed, and give a sheet a thickness (in Blender: Solidify)",
+        match holes { 1 => "1 hole".into(), n => format!("{n} holes") }, 100.0 * share
+    )]
+    Hole {
+        /// Number of holes.
+        holes: usize,
+        /// Length of the largest border over the diagonal of the mesh.
+        share: f64,
+        /// A vertex on it.
+        position: DVec3,
+    },
+    /// A sheet whose two sides are the same triangles.
+    #[error(
+        "the mesh is a sheet without thickness: both of its sides lie on each other, as near {position:.5}; \
+        give it a thickness (in Blender: Solidify)"
+    )]
+    Sheet {
+        /// Middle of a triangle.
+        position: DVec3,
+    },
+    /// A surface with one side, such as a Möbius strip or a Klein bottle.
+    #[error("the surface has no inside: its triangles cannot all face outwards near {position:.5}")]
+    OneSided {
+        /// A triangle whose neighbours disagree.
+        position: DVec3,
+    },
+    /// Solids apart from each other.
+    #[error(
+        "the mesh has {shells} separate shells, the largest near {:.5}, the next, with {share:.3} of \
+        its volume, near {:.5}; a body is one solid: unite them, or give each a body of its own",
+        centres[0], centres[1]
+    )]
+    Shells {
+        /// Number of solids.
+        shells: usize,
+        /// Centres of the largest and the next \[m\].
+        centres: Box<[DVec3; 2]>,
+        /// Volume of the next over that of the largest.
+        share: f64,
+    },
+    /// Shells that cross.
+    #[error(
+        "two shells cross near {position:.5}, so that volume would count twice; unite them (in Blender: \
+        Boolean, Union), or give each a body of its own"
+    )]
+    CrossingShells {
+        /// Place.
+        position: DVec3,
+    },
     /// Two triangles cross.
-    #[error("the surface crosses itself: triangles {first} and {second}, near {position}")]
+    #[error(
+        "the surface crosses itself: triangles {first} and {second}, near {position:.5}; separate them \
+         there, or remesh the body (in Blender: Remesh, Voxel)"
+    )]
     SelfIntersection {
         /// One triangle.
         first: usize,

@@ -16,25 +16,41 @@ pub(super) fn first_self_intersection(
     topology: &Topology,
     tree: &SurfaceTree,
 ) -> Option<MeshError> {
+    let (first, second, position) = crossings(mesh, topology, tree, 1).first().copied()?;
+    Some(MeshError::SelfIntersection { first, second, position })
+}
+
+/// Up to `most` pairs of triangles that cross, with a place; those that fold onto a neighbour first.
+pub(super) fn crossings(
+    mesh: &TriMesh,
+    topology: &Topology,
+    tree: &SurfaceTree,
+    most: usize,
+) -> Vec<(usize, usize, DVec3)> {
+    let mut found = Vec::new();
     // Distances below this are rounding: surfaces that touch do not cross.
     let rounding = 1e-12 * mesh.bounding_radius(DVec3::ZERO);
     for (t, neighbours) in topology.neighbours.iter().enumerate() {
         for n in neighbours.map(|n| n as usize) {
             let cosine = mesh.area_vector(t).normalize().dot(mesh.area_vector(n).normalize());
             if n > t && cosine < -1.0 + 1e-14 {
-                return Some(MeshError::SelfIntersection { first: t, second: n, position: mesh.centroid(t) });
+                found.push((t, n, mesh.centroid(t)));
             }
         }
     }
-    let mut found = None;
+    if found.len() >= most {
+        found.truncate(most);
+        return found;
+    }
     tree.overlapping_pairs(mesh, 0.0, &mut |first, second| {
-        found = crossing(mesh, first, second, rounding);
-        found.is_some()
+        found.extend(crossing(mesh, first, second, rounding).map(|position| (first, second, position)));
+        found.len() >= most
     });
     found
 }
 
-fn crossing(mesh: &TriMesh, first: usize, second: usize, rounding: f64) -> Option<MeshError> {
+/// A point where two triangles cross.
+fn crossing(mesh: &TriMesh, first: usize, second: usize, rounding: f64) -> Option<DVec3> {
     let shared = mesh.triangles[first].iter().filter(|i| mesh.triangles[second].contains(i)).count();
     if shared > 1 {
         return None;
@@ -52,10 +68,9 @@ fn crossing(mesh: &TriMesh, first: usize, second: usize, rounding: f64) -> Optio
             pierce(ends.map(|i| mesh.vertices[i as usize]), target, normal, rounding)
         })
     };
-    let position = pierced(first, second)
+    pierced(first, second)
         .or_else(|| pierced(second, first))
-        .or_else(|| if shared == 0 { overlap_in_plane(mesh, first, second, rounding) } else { None })?;
-    Some(MeshError::SelfIntersection { first, second, position })
+        .or_else(|| if shared == 0 { overlap_in_plane(mesh, first, second, rounding) } else { None })
 }
 
 /// Where a segment passes through a triangle, edges included, from one side of its plane to the other.

@@ -32,6 +32,15 @@ pub struct SolidReport {
 /// edges, because welding is the remedy for both), then edges, then the orientation and volume of a single
 /// component, then crossings, then the orientation of several components.
 pub fn check_solid(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
+    check(mesh, true)
+}
+
+/// As [`check_solid`] for a mesh that is known not to cross itself, which takes most of the time to find out.
+pub(super) fn check_uncrossed(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
+    check(mesh, false)
+}
+
+fn check(mesh: &TriMesh, may_cross: bool) -> Result<SolidReport, MeshError> {
     check_numbers(mesh)?;
     check_triangles(mesh)?;
     check_duplicates(mesh)?;
@@ -39,8 +48,7 @@ pub fn check_solid(mesh: &TriMesh) -> Result<SolidReport, MeshError> {
     let (components, piece) = topology.components();
     // A single inverted surface is distinguished from a crossing one before its triangles are compared.
     let single = if components == 1 { Some(MassProperties::of(mesh)?) } else { None };
-    let tree = SurfaceTree::new(mesh);
-    if let Some(crossing) = first_self_intersection(mesh, &topology, &tree) {
+    if may_cross && let Some(crossing) = first_self_intersection(mesh, &topology, &SurfaceTree::new(mesh)) {
         return Err(crossing);
     }
     let mass = match single {
@@ -120,7 +128,7 @@ fn check_nesting(mesh: &TriMesh, components: usize, piece: &[u32]) -> Result<(),
 }
 
 /// Signed volume [m³] from tetrahedra to `reference`.
-fn winding_volume(mesh: &TriMesh, reference: DVec3) -> f64 {
+pub(super) fn winding_volume(mesh: &TriMesh, reference: DVec3) -> f64 {
     let tetrahedron = |t| {
         let [a, b, c] = mesh.corners(t).map(|v| v - reference);
         a.dot(b.cross(c)) / 6.0
@@ -131,7 +139,7 @@ fn winding_volume(mesh: &TriMesh, reference: DVec3) -> f64 {
 /// Winding number of a closed surface around a point: the sum of the solid angles over 4π.
 ///
 /// Source: Van Oosterom and Strackee (1983), "The Solid Angle of a Plane Triangle".
-fn winding_number(mesh: &TriMesh, point: DVec3) -> f64 {
+pub(super) fn winding_number(mesh: &TriMesh, point: DVec3) -> f64 {
     let half_angle = |t| {
         let [a, b, c] = mesh.corners(t).map(|v| v - point);
         let (la, lb, lc) = (a.length(), b.length(), c.length());

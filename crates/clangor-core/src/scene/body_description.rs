@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::breaking::Breaking;
 use super::diagnostic::Place;
+use super::support_description::SupportDescription;
 use crate::body::Motion;
 use crate::material::Material;
 use crate::pose::Pose;
@@ -45,6 +46,8 @@ pub struct BodyDescription {
     pub ringing: ModalRule,
     /// Fracture settings; `None` for a body that does not break.
     pub breaking: Option<Breaking>,
+    /// What holds it; nothing for a body that lies free, or is fixed as a whole.
+    pub supports: Vec<SupportDescription>,
     /// Number and places of the copies.
     pub copies: Copies,
     /// Place of the body in the text.
@@ -80,6 +83,7 @@ impl BodyDescription {
             sound: None,
             ringing: ModalRule::default(),
             breaking: None,
+            supports: Vec::new(),
             copies: Copies::One,
             place: Place::default(),
             geometry_place: Place::default(),

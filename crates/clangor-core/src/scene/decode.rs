@@ -16,6 +16,7 @@ mod plane;
 mod reader;
 mod room;
 mod settings;
+mod support;
 
 use std::collections::BTreeSet;
 
@@ -203,6 +204,7 @@ mod tests {
             ("### Keyframes", &[motion::KEYFRAME_KEYS]),
             ("### Random placement", &[body::PLACEMENT_KEYS]),
             ("### Fracture", &[breaking::KEYS, breaking::SCORE_KEYS]),
+            ("### Supports", &[support::KEYS]),
             ("## Planes", &[plane::KEYS]),
             ("## Hung spheres", &[links::HANG_KEYS]),
             ("## Springs", &[links::SPRING_KEYS]),

@@ -7,6 +7,7 @@ use std::fmt;
 use std::ops::Range;
 
 use super::suggest::nearest;
+use super::support_problem::SupportProblem;
 use crate::propagation::PlanesError;
 use crate::propagation::room::RoomError;
 use crate::shape::ShapeError;
@@ -281,6 +282,9 @@ pub enum Problem {
         /// Number of copies in the scene.
         count: usize,
     },
+    /// An invalid support of a body.
+    #[error(transparent)]
+    Support(SupportProblem),
     /// A link to a body that does not admit it.
     #[error("the body `{body}` {reason}")]
     BadLink {
@@ -347,6 +351,7 @@ impl Problem {
             }
             Problem::Planes(_) => "delete `reflects` of one of them, or move a plane".into(),
             Problem::DoesNotFit { .. } => "enlarge the region, or lower `count` or `scale`".into(),
+            Problem::Support(problem) => problem.remedy().into(),
             Problem::BadLink { remedy, .. } => (*remedy).into(),
         }
     }

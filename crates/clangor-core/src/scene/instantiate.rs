@@ -7,6 +7,7 @@ mod copies;
 mod geometry;
 mod listeners;
 mod problems;
+mod supports;
 
 use std::collections::BTreeMap;
 

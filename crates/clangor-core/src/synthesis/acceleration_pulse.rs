@@ -5,6 +5,7 @@ use glam::{DQuat, DVec3};
 use super::source::SoundSource;
 use super::synthesis_error::SynthesisError;
 use crate::body::BodyId;
+use crate::contact::impact_pulse::BodyPulse;
 use crate::contact::{ForceShape, ImpactPulse};
 
 /// A body whose velocities change over `duration`.
@@ -73,7 +74,7 @@ impl AccelerationPulse {
 /// holds one entry per body.
 pub fn clicks_of(pulse: &ImpactPulse, sources: &[SoundSource]) -> impl Iterator<Item = AccelerationPulse> {
     let ImpactPulse { onset, duration, ref shape, .. } = *pulse;
-    let shares = pulse.bodies.into_iter().flatten();
+    let shares = pulse.bodies.into_iter().flatten().filter(BodyPulse::moves);
     shares.filter_map(move |share| {
         let source = sources.get(share.body.index())?.clone();
         Some(AccelerationPulse {

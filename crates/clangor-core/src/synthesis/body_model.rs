@@ -75,7 +75,7 @@ pub enum NoModes {
     },
     /// The scene excludes them.
     Unwanted,
-    /// The body is fixed, moved by keyframes, or not struck.
+    /// It is a plane, or nothing strikes it.
     Unstruck,
     /// Too many bodies of different forms.
     TooManyForms {
@@ -152,7 +152,7 @@ impl fmt::Display for NoModes {
                 write!(f, "no audible modes: first at {first:.2} kHz, above the limit of {limit:.2} kHz")
             }
             NoModes::Unwanted => f.write_str("it is not to ring"),
-            NoModes::Unstruck => f.write_str("nothing strikes it, or it cannot move"),
+            NoModes::Unstruck => f.write_str("nothing strikes it"),
             NoModes::TooManyForms { most } => {
                 write!(f, "one of more than {most} forms: ask for its modes with modal = true")
             }

@@ -22,7 +22,7 @@ pub(crate) const IMPULSE: f64 = 0.02;
 pub(crate) fn mode(frequency: f64, shape: DVec3, coefficients: Vec<Complex64>) -> ModalMode {
     let order = coefficients.len().isqrt() - 1;
     let transfer = Some(ModalTransfer { order, coefficients });
-    ModalMode { frequency, mesh_error: 0.0, shape: vec![shape; 6], transfer }
+    ModalMode { frequency, mesh_error: 0.0, support_damping: 0.0, shape: vec![shape; 6], transfer }
 }
 
 /// A source of these modes.
@@ -35,6 +35,7 @@ pub(crate) fn source(modes: Vec<ModalMode>, damping: &Damping, settings: &ModalS
         medium: Medium::AIR,
         density: 2700.0,
         max_frequency: 20_000.0,
+        statistical_above: None,
         surface: ModalSurface { nodes, triangles: vec![[0, 1, 2, 3, 4, 5]] },
         modes,
     };

@@ -72,6 +72,14 @@ fn shared_material(material: &Material, medium: Medium) -> (String, BankMaterial
     }
 }
 
+/// Whether the bank for a material is there without a bake.
+pub fn is_at_hand(material: &Material, medium: Medium, cache: Option<&ModelCache>) -> bool {
+    let (_, of) = shared_material(material, medium);
+    let comes = default_modal_soundbank().is_some_and(|bank| serves(bank.material(), &of).is_ok());
+    let key = modal_soundbank_key(&ModalSoundbankOptions::new(of));
+    comes || cache.is_some_and(|cache| cache.path::<ModalSoundbankFile>(&key).is_file())
+}
+
 /// The bank for a material: out of the cache, or baked and put there.
 ///
 /// # Errors

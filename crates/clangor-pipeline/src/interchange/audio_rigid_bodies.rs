@@ -134,17 +134,19 @@ impl Ringing {
         self.max_frequency = self.max_frequency.map(|f| f / factor);
     }
 
-    /// That of a model with this damping, in the model's own frame.
+    /// That of a model with this damping, in the model's own frame; without synthetic modes, which do not
+    /// radiate by their shapes.
     pub fn of_model(model: &ModalModel, damping: &Damping) -> Self {
         let mode = |mode: &ModalMode| RingingMode {
             frequency: mode.frequency,
-            decay_rate: damping.damping_ratio(mode.frequency) * TAU * mode.frequency,
+            decay_rate: damping.damping_ratio(mode.frequency) * TAU * mode.frequency
+                + 0.5 * mode.support_damping,
             shape: mode.shape.clone(),
         };
         Ringing {
             surface: model.surface.clone(),
-            modes: model.modes.iter().map(mode).collect(),
-            max_frequency: Some(model.max_frequency),
+            modes: model.known_modes().iter().map(mode).collect(),
+            max_frequency: Some(model.statistical_above.unwrap_or(model.max_frequency)),
         }
     }
 }

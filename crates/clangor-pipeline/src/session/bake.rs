@@ -70,8 +70,8 @@ impl Bake {
         Bake { parts: Some(parts), ..self }
     }
 
-    /// How the models are baked. A [`Quality::Draft`](crate::stages::sound_models::Quality::Draft) of a scene
-    /// has the fields that a draft of its sound looks for; what is asked for is always baked.
+    /// How the models are baked, whatever their patience: exact ones, or drafts with
+    /// [`Quality::Draft`](crate::stages::sound_models::Quality::Draft).
     #[must_use]
     pub fn models(self, models: ModelOptions) -> Self {
         Bake { models, ..self }
@@ -103,7 +103,7 @@ impl Bake {
             (false, _) => None,
             (true, None) => return Err(Error::ModalMaterial),
             (true, Some(material)) => {
-                let options = self.models.modal(Medium::AIR, highest);
+                let options = self.models.of_modes(self.models.modal(Medium::AIR, highest));
                 let part = match &solid.modal {
                     Some(modes) => ModalBake::of_known_modes(material, modes.clone(), options),
                     None => ModalBake::new(material, options),
@@ -148,7 +148,9 @@ impl Bake {
 
     /// How the acceleration part is baked up to a wavenumber k [1/m].
     pub(super) fn field_options(&self, max_wavenumber: f64) -> BakeOptions {
-        BakeOptions { near_field: self.near_field, ..self.models.acceleration(max_wavenumber).options }
+        let exact =
+            BakeOptions { near_field: self.near_field, ..self.models.acceleration(max_wavenumber).options };
+        self.models.of_field(exact)
     }
 }
 

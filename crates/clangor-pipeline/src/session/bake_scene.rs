@@ -19,7 +19,8 @@ use crate::stages::find_impact_modes::find_impact_modes;
 use crate::stages::load::LoadedScene;
 use crate::stages::sound_models::acceleration_plan::{SharedField, shared_fields};
 use crate::stages::sound_models::{
-    ModalPlanSettings, SoundModelPlan, SoundModelProgress, SoundModelSettings, SoundModelStore, SoundModels,
+    ModalPlanSettings, Quality, SoundModelPlan, SoundModelProgress, SoundModelSettings, SoundModelStore,
+    SoundModels,
 };
 
 /// The sound models of a scene that are to be baked.
@@ -147,6 +148,7 @@ impl SceneBake<'_> {
             // The fields have been planned.
             wants_acceleration: false,
             modal: Some(modal),
+            patience: if models.quality == Quality::Draft { 0.0 } else { f64::INFINITY },
         };
         let plan = SoundModelPlan::new(bodies, &scene.sound_rules(), settings);
         let all = plan.followed();

@@ -185,7 +185,7 @@ impl Compare {
             .map_err(|source| CompareError::Tones { path: path.into(), source })?;
         let (model, youngs_modulus, mut warnings) = self.modes(on_progress)?;
         let within: Vec<&ModalMode> =
-            model.modes.iter().filter(|mode| mode.frequency <= self.max_frequency).collect();
+            model.known_modes().iter().filter(|mode| mode.frequency <= self.max_frequency).collect();
         if within.is_empty() {
             let (name, max_frequency) = (self.model.clone(), self.max_frequency);
             return Err(CompareError::NoModes { name, max_frequency }.into());
@@ -226,8 +226,13 @@ impl Compare {
     fn compared(&self, model: &ModalModel, mode: &ModalMode, ratio: f64) -> ComparedMode {
         let ModalMode { frequency, mesh_error, .. } = *mode;
         let sounding = frequency * ratio;
-        let moved =
-            ModalMode { frequency: sounding, mesh_error, shape: Vec::new(), transfer: mode.transfer.clone() };
+        let moved = ModalMode {
+            frequency: sounding,
+            mesh_error,
+            support_damping: 0.0,
+            shape: Vec::new(),
+            transfer: mode.transfer.clone(),
+        };
         let radiated = TAU * sounding * radiation_ratio(model, &moved);
         let t60 = |material: &Material| DECAY / (DECAY / material.damping.t60(sounding) + radiated);
         ComparedMode { frequency, mesh_error, radiated, t60: self.material.as_ref().map(t60) }

@@ -9,7 +9,7 @@ use clangor_core::sound_model::modal::model::ModalModel;
 
 use super::error::Error;
 use crate::interchange::audio_rigid_bodies::{Played, choose_body, read_audio_bodies};
-use crate::stages::load::{geometry_reference, load_geometry, mesh_geometry};
+use crate::stages::load::{load_named, mesh_geometry};
 
 /// The material preset of a name.
 ///
@@ -27,8 +27,12 @@ pub fn preset(name: &str) -> Result<Material, Error> {
 /// # Errors
 /// [`Error::Geometry`].
 pub(super) fn shape_or_mesh(word: &str, scale: f64) -> Result<LoadedGeometry, Error> {
-    load_geometry(Path::new(""), &geometry_reference(word, scale))
-        .map_err(|source| Error::Geometry { name: word.into(), source })
+    load_named(word, scale).map_err(|source| Error::Geometry { name: word.into(), source })
+}
+
+/// The warnings of a geometry, with its name.
+pub(super) fn geometry_remarks(word: &str, geometry: &LoadedGeometry) -> Vec<String> {
+    geometry.warnings.iter().map(|warning| format!("\"{word}\": {warning}")).collect()
 }
 
 /// A body of a glTF file that gives its material.
@@ -60,8 +64,8 @@ impl GltfBody {
         let Played { material, modal, remarks } = body
             .played(&geometry.mass, otherwise)
             .map_err(|source| Error::AudioMaterial { name: word.into(), source })?;
-        let remarks = geometry.warnings.iter().chain(&remarks).map(|remark| format!("\"{word}\": {remark}"));
-        let remarks = remarks.collect();
+        let of_file = remarks.iter().map(|remark| format!("\"{word}\": {remark}"));
+        let remarks = geometry_remarks(word, &geometry).into_iter().chain(of_file).collect();
         Ok(Some(GltfBody { geometry, material, modal, remarks }))
     }
 }
@@ -77,7 +81,7 @@ pub struct NamedSolid {
     pub material: Option<Material>,
     /// Modes about the centre of mass, without transfers, if a glTF file has them.
     pub modal: Option<ModalModel>,
-    /// Properties of a glTF file that are not used, or replaced.
+    /// Mends of its mesh, and properties of a glTF file that are not used, or replaced.
     pub remarks: Vec<String>,
 }
 
@@ -93,9 +97,10 @@ impl NamedSolid {
             let GltfBody { geometry, material, modal, remarks } = file;
             return Ok(NamedSolid { name, geometry, material: Some(material), modal, remarks });
         }
-        let geometry = load_geometry(Path::new(""), &geometry_reference(word, scale))
-            .map_err(|source| Error::BakeGeometry { name: word.into(), source })?;
-        Ok(NamedSolid { name, geometry, material, modal: None, remarks: Vec::new() })
+        let geometry =
+            load_named(word, scale).map_err(|source| Error::BakeGeometry { name: word.into(), source })?;
+        let remarks = geometry_remarks(word, &geometry);
+        Ok(NamedSolid { name, geometry, material, modal: None, remarks })
     }
 }
 

@@ -10,7 +10,7 @@ use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::sound_model::modal::model::ModalModel;
 
 use super::error::Error;
-use super::named_body::{GltfBody, preset, shape_or_mesh};
+use super::named_body::{GltfBody, geometry_remarks, preset, shape_or_mesh};
 use crate::stages::sound_models::{SoundFile, read_sound_file};
 
 /// A body to be struck, at rest at the origin.
@@ -51,7 +51,9 @@ impl StruckBody {
     /// [`Error::Geometry`].
     pub fn solid(shape: &str, scale: f64, material: Material) -> Result<Self, Error> {
         let loaded = shape_or_mesh(shape, scale)?;
-        Ok(Body::solid(shape, material, loaded.surface, &loaded.mass).into())
+        let remarks = geometry_remarks(shape, &loaded);
+        let body = Body::solid(shape, material, loaded.surface, &loaded.mass);
+        Ok(StruckBody { remarks, ..body.into() })
     }
 
     /// The solid that a sound model (`.safetensors`) was baked from, which sounds by that model.
@@ -102,7 +104,7 @@ impl StruckBody {
         &self.body
     }
 
-    /// Properties of a glTF file that are not used, or replaced.
+    /// Mends of its mesh, and properties of a glTF file that are not used, or replaced.
     pub fn remarks(&self) -> &[String] {
         &self.remarks
     }

@@ -125,6 +125,7 @@ impl StruckModel<'_> {
             acceleration: models.acceleration(render.max_wavenumber()),
             wants_acceleration: true,
             modal: Some(ModalPlanSettings { options, proxy_frequency: PROXY_FREQUENCY }),
+            patience: models.patience(),
         }
     }
 
@@ -149,6 +150,12 @@ impl StruckModel<'_> {
         };
         let mut found = plan.find(bodies, &BTreeSet::from([BodyId(0)]), store, &mut reached)?;
         self.remarks.extend(found.remarks.drain(..).map(StrikeRemark::SoundModel));
+        let drafts = found.drafts().map(|draft| (draft.part, draft.draft_of.unwrap_or(0.0)));
+        self.remarks.extend(drafts.map(|(part, seconds)| StrikeRemark::Draft {
+            body: struck.body.name.clone(),
+            part,
+            seconds,
+        }));
         Ok(found.bodies.swap_remove(0))
     }
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use clangor_core::glam::DVec3;
 use clangor_core::synthesis::BodyModes;
 use clangor_core::synthesis::SampleRate;
+use clangor_core::synthesis::SoundPart;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::strike::LEAD;
 
@@ -57,6 +58,15 @@ pub enum StrikeRemark {
     SoundModel(String),
     /// Modes of another material.
     OtherMaterial(OtherMaterial),
+    /// A part that is a draft, as the exact one takes longer than the patience.
+    Draft {
+        /// The body.
+        body: String,
+        /// The part.
+        part: SoundPart,
+        /// Estimated CPU time of the exact part \[s\].
+        seconds: f64,
+    },
     /// The acceleration field ends below the band of the sound.
     ShortField {
         /// The body.
@@ -73,6 +83,17 @@ impl fmt::Display for StrikeRemark {
         match self {
             StrikeRemark::SoundModel(remark) => f.write_str(remark),
             StrikeRemark::OtherMaterial(remark) => remark.fmt(f),
+            StrikeRemark::Draft { body, part, seconds } => {
+                let (what, error) = match part {
+                    SoundPart::Modal => ("ringing", "about a hundred modes in few elements"),
+                    _ => ("click", "third octaves within about 3 dB in the median"),
+                };
+                write!(
+                    f,
+                    "the {what} of \"{body}\" is a draft ({error}): exact takes about {seconds:.0} s of CPU \
+                     time, with --quality normal and enough --patience"
+                )
+            }
             StrikeRemark::ShortField { body, end, band } => {
                 write!(f, "the field of \"{body}\" ends at {end:.0} Hz, and the file's band at {band:.0} Hz")
             }

@@ -1,22 +1,10 @@
 //! Size and wall of a body, and how many modes it has below a frequency, before anything is meshed or solved.
 //!
-//! The mean wall is h = 2V/A, with the volume V and the surface A: the thickness of a plate or shell, and a
-//! third of the diameter of a ball. Below the first resonance of the wall, c_T/2h, the body counts as a plate
-//! of area S = A/2, with the modes of bending, of shear and of compression in its plane (Cremer and Heckl,
-//! *Körperschall*); above it as a solid with a free surface (Dupuis, Mazo and Onsager, J. Chem. Phys. 33,
-//! 1960):
-//!
-//! ```text
-//! plate:  N = S f √(m″/D)/2 + π S f² (1/c_P² + 1/c_T²)    D = E h³/12(1 − ν²),  m″ = ρ h
-//! solid:  N = 4π V f³ (1/c_L³ + 2/c_T³)/3 + π A f² (3 − 3q + 2q²)/4(1 − q)c_T²    q = c_T²/c_L²
-//! c_P² = E/ρ(1 − ν²),  c_T² = E/2ρ(1 + ν),  c_L² = E(1 − ν)/ρ(1 + ν)(1 − 2ν)
-//! ```
-//!
-//! Averages for many modes: boundaries, curvature and slender forms change the first few, so that a count
-//! below ten says only that there are few. Not a solution: `clangor modes` counts them.
+//! Modes are counted by their density ([`clangor_bake::modal_analysis::modal_density`]).
 
 use std::f64::consts::PI;
 
+use clangor_bake::modal_analysis::modal_density::{ModalDensity, modes_below};
 use clangor_core::body::Surface;
 use clangor_core::glam::DVec3;
 use clangor_core::material::Material;
@@ -33,15 +21,6 @@ pub struct BodyFacts {
     pub area: f64,
     /// Volume V \[m³\].
     pub volume: f64,
-}
-
-/// How modes are counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ModalDensity {
-    /// As those of a plate.
-    Plate,
-    /// As those of a solid.
-    Solid,
 }
 
 impl BodyFacts {
@@ -73,23 +52,7 @@ impl BodyFacts {
 
     /// Estimated number of modes below a frequency \[Hz\], and by which density.
     pub fn modes_below(&self, frequency: f64, material: &Material) -> (f64, ModalDensity) {
-        let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
-        let wall = self.wall();
-        let plane_strain = youngs_modulus / (1.0 - poisson_ratio * poisson_ratio);
-        let shear_speed = (0.5 * youngs_modulus / (density * (1.0 + poisson_ratio))).sqrt();
-        if frequency < 0.5 * shear_speed / wall {
-            let bending = (plane_strain * wall * wall / (12.0 * density)).sqrt();
-            let in_plane = density / plane_strain + shear_speed.powi(-2);
-            let area = 0.5 * self.area;
-            let count = 0.5 * area * frequency / bending + PI * area * frequency * frequency * in_plane;
-            return (count, ModalDensity::Plate);
-        }
-        // q; 0 for an incompressible material.
-        let q = (1.0 - 2.0 * poisson_ratio).max(0.0) / (2.0 - 2.0 * poisson_ratio);
-        let wavenumber = frequency / shear_speed;
-        let inside = 4.0 / 3.0 * PI * self.volume * wavenumber.powi(3) * (q.powf(1.5) + 2.0);
-        let surface = 0.25 * PI * self.area * wavenumber.powi(2) * (3.0 - 3.0 * q + 2.0 * q * q) / (1.0 - q);
-        (inside + surface, ModalDensity::Solid)
+        modes_below(self.volume, self.area, frequency, material)
     }
 }
 

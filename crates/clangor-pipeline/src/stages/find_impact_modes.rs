@@ -1,16 +1,17 @@
 //! The modes with which the bodies of a scene meet impacts, found before anything moves.
 //!
-//! A free body has them if it is so thin or slender that vibration takes a part of its impacts. Two bounds
-//! decide, with the thickness h = 2V/A and the extent L of the body, and a reference contact: its own mass m
-//! and its own material on both sides, relative radius 5 mm, V = 1 m/s.
+//! A body has them if supports hold it, or if it is so thin or slender that vibration takes a part of its
+//! impacts, fixed or not. Two bounds decide, with the thickness h = 2V/A and the extent L of the body, and a
+//! reference contact: its own mass m and its own material on both sides, relative radius 5 mm, V = 1 m/s.
 //!
 //! ```text
 //! λ = Y m/T₀ > 0.01    Y = 1/(8 √(D m″))    T₀ = (m/(k √V))^{2/5}    Zener's parameter of inelasticity
 //! f₁ τ < 1.5           f₁ = 0.6 h c_p/L²     τ = 3.2 T₀              lowest bending mode of a plate
 //! ```
 //!
-//! No lighter partner has a larger λ. At f₁ τ = 1.5 the spectrum of Hertz's pulse has fallen to 0.1, and
-//! modes get its square. Spheres are compact and have none.
+//! No lighter partner has a larger λ; for a fixed body, too, partners up to its own mass count. At f₁ τ = 1.5
+//! the spectrum of Hertz's pulse has fallen to 0.1, and modes get its square. Spheres are compact and have
+//! none.
 //!
 //! Band, mesh error and medium follow from the body alone, so that motion does not depend on how a scene is
 //! rendered: air, 1 %, and the lower of 20 kHz and the frequency below which a plate of its area S and
@@ -23,8 +24,8 @@
 //! On free panes of glass, N = 100 moves the restitution of a ball by less than 0.015, N = 50 by 0.04.
 //!
 //! Shapes are rounded as in a file, so that a model from the cache and a baked one are the same. Damping is
-//! that of the material alone. Only the modes are found here, not their sound; a render to 20 kHz goes on
-//! from those that reach it.
+//! that of the material and the supports. Only the modes are found here, not their sound; a
+//! render to 20 kHz goes on from those that reach it.
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -32,7 +33,7 @@ use std::time::Instant;
 
 use clangor_bake::acceleration::BakeProgress;
 use clangor_bake::modal::ModalBakeOptions;
-use clangor_core::body::{Body, BodyId, Motion, Surface};
+use clangor_core::body::{Body, BodyId, Surface};
 use clangor_core::material::Material;
 use clangor_core::medium::Medium;
 use clangor_core::scene::simulation_description::{ContactModel, SolverChoice};
@@ -43,7 +44,7 @@ use super::impact_modes::{ImpactModes, ModalShapes};
 use super::load::LoadedScene;
 use super::simulate::solver;
 use super::sound_models::modal_bake::obtain_modes;
-use super::sound_models::modal_plan::MOST_FORMS;
+use super::sound_models::modal_plan::{MOST_FORMS, vibrates_alike};
 use super::sound_models::{ModalBake, SoundModelError, SoundModelProgress, SoundModelRequest};
 use crate::formats::model_cache::ModelCache;
 
@@ -82,7 +83,8 @@ pub fn find_impact_modes(
             Ok((model, _)) if model.modes.is_empty() => stiff.extend(bodies),
             Ok((model, cached)) => {
                 found.obtained.push((bodies[0], cached, started.elapsed()));
-                let shapes = Arc::new(ModalShapes::new(request.key(), model));
+                // What is above the known modes is the tail of the solver.
+                let shapes = Arc::new(ModalShapes::new(request.key(), model.without_synthetic_modes()));
                 for id in bodies {
                     found.insert(*id, &shapes, &loaded.world.bodies[id.index()].material.damping);
                 }
@@ -110,20 +112,20 @@ type Form = (SoundModelRequest<ModalBake>, Vec<BodyId>);
 fn forms(loaded: &LoadedScene, remarks: &mut Vec<String>) -> Vec<Form> {
     let rules = loaded.scene.sound_rules();
     let mut forms: Vec<Form> = Vec::new();
-    let mut known: Vec<(usize, &Material, usize)> = Vec::new();
+    let mut known: Vec<(usize, &Body, usize)> = Vec::new();
     for (index, body) in loaded.world.bodies.iter().enumerate() {
         let silent = rules.get(index).is_some_and(|rule| rule.modal == ModalRule::Never);
         let Some(plate) = Plate::of(body).filter(|plate| !silent && plate.gives_way()) else { continue };
         let id = BodyId(index as u32);
         let surface = Arc::as_ptr(&body.surface).addr();
-        let copy = known.iter().find(|(s, m, _)| *s == surface && **m == body.material);
+        let copy = known.iter().find(|(s, other, _)| *s == surface && vibrates_alike(other, body));
         if let Some((_, _, at)) = copy {
             forms[*at].1.push(id);
             continue;
         }
         let options = ModalBakeOptions::new(Medium::AIR);
         let max_frequency = options.max_frequency.min(plate.frequency_of_mode(MODES));
-        let part = ModalBake::new(&body.material, ModalBakeOptions { max_frequency, ..options });
+        let part = ModalBake::of_body(body, ModalBakeOptions { max_frequency, ..options });
         let Ok(request) = SoundModelRequest::of_body(body, part) else { continue };
         let at = forms.iter().position(|(other, _)| other.key() == request.key());
         let at = at.unwrap_or(forms.len());
@@ -131,7 +133,7 @@ fn forms(loaded: &LoadedScene, remarks: &mut Vec<String>) -> Vec<Form> {
             forms.push((request, Vec::new()));
         }
         forms[at].1.push(id);
-        known.push((surface, &body.material, at));
+        known.push((surface, body, at));
         if forms.len() > MOST_FORMS {
             remarks.push(format!(
                 "more than {MOST_FORMS} different thin bodies: all bodies collide rigidly in this scene"
@@ -158,12 +160,9 @@ struct Plate<'b> {
 }
 
 impl<'b> Plate<'b> {
-    /// `None` for spheres and for what does not move.
+    /// `None` for spheres and planes.
     fn of(body: &'b Body) -> Option<Self> {
         let Surface::Mesh(surface) = &*body.surface else { return None };
-        if body.motion != Motion::Free {
-            return None;
-        }
         let Material { youngs_modulus, poisson_ratio, density, .. } = body.material;
         let area = 0.5 * surface.mesh.area();
         let thickness = surface.volume / area;
@@ -181,6 +180,9 @@ impl<'b> Plate<'b> {
 
     /// Whether vibration may take a part of its impacts; see the module.
     fn gives_way(&self) -> bool {
+        if !self.body.supports.is_empty() {
+            return true;
+        }
         // Zener's λ of the reference contact.
         let mobility = 1.0 / (8.0 * (self.bending * self.mass_per_area).sqrt());
         let stiffness = 4.0 / 3.0 * 0.5 * self.plane_strain * RADIUS.sqrt();

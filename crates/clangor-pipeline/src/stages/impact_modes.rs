@@ -1,5 +1,6 @@
-//! The modes with which the bodies of a scene meet impacts: frequencies, damping of the material alone, and
-//! shapes at points of the surface. [`find_impact_modes`](mod@super::find_impact_modes) finds them.
+//! The modes with which the bodies of a scene meet impacts: frequencies, damping of the material and the
+//! supports, and shapes at points of the surface. [`find_impact_modes`](mod@super::find_impact_modes) finds
+//! them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -64,7 +65,7 @@ impl ImpactModes {
 
     /// Gives these modes to a body with this damping.
     pub(super) fn insert(&mut self, body: BodyId, shapes: &Arc<ModalShapes>, damping: &Damping) {
-        let ratio = |mode: &ModalMode| damping.damping_ratio(mode.frequency);
+        let ratio = |mode: &ModalMode| damping.damping_ratio(mode.frequency) + mode.support_damping_ratio();
         let damping_ratios = shapes.model.modes.iter().map(ratio).collect();
         self.bodies.insert(body, GivingBody { shapes: Arc::clone(shapes), damping_ratios });
     }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clangor_core::body::{MeshSurface, Surface, World};
-use clangor_core::geometry::solid::MeshError;
+use clangor_core::geometry::mend::{Mended, mend};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::scene::body_description::{Geometry, GeometryReference};
 use clangor_core::scene::diagnostic::{Doubt, SceneErrors, SceneWarning};
@@ -190,9 +190,29 @@ fn load(folder: &Path, reference: &GeometryReference) -> Result<Loaded, Geometry
     }
 }
 
-/// Vertices closer than this fraction of a mesh's diagonal are one: files often repeat them for each
-/// triangle.
-const WELD_TOLERANCE: f64 = 1e-9;
+/// A mesh larger than this \[m\] was probably written in millimetres.
+const HUGE: f64 = 50.0;
+
+/// The shape or mesh file of a word on the command line, with a warning of sizes that can hardly be meant.
+///
+/// # Errors
+/// [`GeometryError`] with what to do.
+pub fn load_named(word: &str, scale: f64) -> Result<LoadedGeometry, GeometryError> {
+    let mut loaded = load_geometry(Path::new(""), &geometry_reference(word, scale))?;
+    loaded.warnings.extend(size_warning(&loaded.surface));
+    Ok(loaded)
+}
+
+/// What to say of a mesh that is probably in millimetres.
+pub fn size_warning(surface: &Surface) -> Option<String> {
+    let Surface::Mesh(mesh) = surface else { return None };
+    let diagonal = mesh.mesh.diagonal();
+    (diagonal > HUGE).then(|| {
+        format!(
+            "the body is {diagonal:.0} m across; a file in millimetres needs `scale = 0.001` (--scale 0.001)"
+        )
+    })
+}
 
 /// The geometry of a mesh file, and what its convex parts are made of.
 ///
@@ -203,7 +223,7 @@ pub fn load_mesh(path: &Path, scale: f64) -> Result<(LoadedGeometry, CollisionMe
         reason: e.to_string(),
         remedy: "correct the path, or export the mesh again".into(),
     })?;
-    solid_of_mesh(mesh, scale)
+    solid_of_mesh(&mesh, scale)
 }
 
 /// A body from a triangle mesh in any frame, as if it were read from a file.
@@ -211,20 +231,20 @@ pub fn load_mesh(path: &Path, scale: f64) -> Result<(LoadedGeometry, CollisionMe
 /// # Errors
 /// [`GeometryError`] with what to do.
 pub fn mesh_geometry(mesh: TriMesh, scale: f64) -> Result<LoadedGeometry, GeometryError> {
-    solid_of_mesh(mesh, scale).map(|(geometry, _)| geometry)
+    solid_of_mesh(&mesh, scale).map(|(geometry, _)| geometry)
 }
 
-fn solid_of_mesh(mesh: TriMesh, scale: f64) -> Result<(LoadedGeometry, CollisionMesh), GeometryError> {
-    let mesh = mesh.weld(WELD_TOLERANCE * mesh.diagonal());
-    let welded = Arc::new(mesh.clone());
-    let (surface, mass) = MeshSurface::try_new(mesh, Vec::new()).map_err(|e: MeshError| GeometryError {
+fn solid_of_mesh(mesh: &TriMesh, scale: f64) -> Result<(LoadedGeometry, CollisionMesh), GeometryError> {
+    let Mended { mesh, report, mends } = mend(mesh).map_err(|e| GeometryError {
         reason: e.to_string(),
-        remedy: "a body needs one closed surface, wound outwards: repair the mesh".into(),
+        remedy: "a body needs one closed surface that does not cross itself".into(),
     })?;
+    let mass = report.mass;
+    let surface = MeshSurface::of_solid(&mesh, &mass, &[]);
     let geometry = LoadedGeometry {
         surface: Arc::new(Surface::Mesh(surface).scaled(scale)),
         mass: mass.scaled(scale),
-        warnings: Vec::new(),
+        warnings: mends.iter().map(|mend| format!("the mesh was mended: {mend}")).collect(),
     };
-    Ok((geometry, CollisionMesh::new(welded, mass.centre_of_mass, scale)))
+    Ok((geometry, CollisionMesh::new(Arc::new(mesh), mass.centre_of_mass, scale)))
 }

@@ -10,6 +10,7 @@
 
 pub mod acceleration_bake;
 pub mod acceleration_plan;
+mod crowd;
 pub mod error;
 pub mod modal_bake;
 pub mod modal_plan;
@@ -17,6 +18,7 @@ pub mod model_options;
 pub mod obtain;
 pub mod other_material;
 pub mod pan_representation;
+pub mod patience;
 mod piece_proxies;
 pub mod plan;
 pub mod progress;

@@ -293,6 +293,7 @@ fn decay(table: &mut Validation) -> Outcome {
                 medium: Medium::AIR,
                 density: STEEL.material().density,
                 max_frequency: 20_000.0,
+                statistical_above: None,
                 surface: ModalSurface {
                     nodes: corners.into_iter().chain(middles).collect(),
                     triangles: vec![[0, 1, 2, 3, 4, 5]],
@@ -300,6 +301,7 @@ fn decay(table: &mut Validation) -> Outcome {
                 modes: vec![ModalMode {
                     frequency,
                     mesh_error: 0.0,
+                    support_damping: 0.0,
                     shape: vec![2.0 * DVec3::Z; 6],
                     transfer: Some(ModalTransfer { order: 0, coefficients: vec![coefficient] }),
                 }],

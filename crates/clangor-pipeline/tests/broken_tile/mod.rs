@@ -96,12 +96,13 @@ impl Fallen {
         let scene = &self.loaded.scene;
         let bank = default_bank();
         let settings = SoundModelSettings {
-            acceleration: AccelerationSettings::new(RenderSettings::default().max_wavenumber(), 0.01, false),
+            acceleration: AccelerationSettings::new(RenderSettings::default().max_wavenumber(), 0.01, 0.0),
             wants_acceleration: true,
             modal: Some(ModalPlanSettings {
                 options: ModalBakeOptions::new(Medium::AIR),
                 proxy_frequency: PROXY_FREQUENCY,
             }),
+            patience: f64::INFINITY,
         };
         let plan = SoundModelPlan::new(&self.loaded.world.bodies, &scene.sound_rules(), settings);
         let store = SoundModelStore { cache: None, bank: bank.as_ref() };

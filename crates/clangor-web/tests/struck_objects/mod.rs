@@ -44,6 +44,7 @@ fn file(solid: Solid, material: &str, motion: f64) -> Vec<u8> {
     let mode = |frequency| ModalMode {
         frequency,
         mesh_error: 0.0,
+        support_damping: 0.0,
         shape: vec![motion * DVec3::Y; nodes.len()],
         transfer: None,
     };
@@ -53,6 +54,7 @@ fn file(solid: Solid, material: &str, motion: f64) -> Vec<u8> {
         medium: Medium::AIR,
         density: elastic.density,
         max_frequency: 20_000.0,
+        statistical_above: None,
         modes: FREQUENCIES.map(mode).to_vec(),
         surface: ModalSurface { nodes, triangles: vec![[0, 1, 2, 3, 4, 5]] },
     };

@@ -21,6 +21,7 @@ use num_complex::{Complex32, Complex64};
 use pulp::{Simd, WithSimd};
 
 pub(super) use self::class_matrix::ClassMatrix;
+use self::class_matrix::totals;
 use self::geometry::{Block, Corners, FarImage, Test, corners};
 use self::layout::{BLOCK, FIELDS, GROUP, LOADS, SUMS};
 use self::pair_lanes::PairLanes;
@@ -90,7 +91,7 @@ impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { system, k, coupling, classes, loads } = self;
         let parts = GROUP / S::F32_LANES;
-        let mut sums = Vec::new();
+        let (mut sums, mut vertex_totals) = (Vec::new(), Vec::new());
         let mut forward_loads = Vec::new();
         let mut backward_loads = vec![0.0_f32; 3 * LOADS * GROUP];
         for (g, image) in system.images.iter().enumerate() {
@@ -135,8 +136,10 @@ impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
                     }
                     // Add the sums to the matrix of each parity class, and the loads of the sources.
                     if touched {
+                        let corners = &system.corners[group];
+                        totals(corners, &sums, &mut vertex_totals);
                         for class in classes.iter_mut() {
-                            class.add(g, block, &system.corners[group], &sums);
+                            class.add(g, block, corners, &vertex_totals);
                         }
                         if WITH_LOADS {
                             let sources = &system.triangles[group * GROUP..];

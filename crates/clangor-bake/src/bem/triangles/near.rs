@@ -15,9 +15,12 @@ use rayon::prelude::*;
 use super::pair_integrals::{Block, PairIntegrator};
 use super::pair_rules::{SEPARATION, TouchingRules};
 use super::panels::Panels;
+use crate::effort::Effort;
 
 /// Required bound of the interpolation error in k.
 const INTERPOLATION: f64 = 1e-6;
+/// The same for drafts.
+const INTERPOLATION_OF_DRAFTS: f64 = 1e-3;
 
 /// Values of an entry at one wavenumber: real part, and imaginary part over k, of the double layer and of the
 /// hypersingular operator.
@@ -52,8 +55,8 @@ pub(super) struct NearImage {
 
 impl NearSystem {
     /// Integrates the near pairs for wavenumbers up to `highest` [1/R].
-    pub(super) fn new(panels: &Panels, images: &[DVec3], highest: f64) -> Self {
-        let rules = TouchingRules::new(2, 3, 3);
+    pub(super) fn new(panels: &Panels, images: &[DVec3], highest: f64, effort: Effort) -> Self {
+        let rules = TouchingRules::of(effort);
         let mirrored: Vec<Panels> = images.iter().map(|signs| panels.image(*signs)).collect();
         let pairs: Vec<Vec<(u32, u32)>> = mirrored.iter().map(|source| near_pairs(panels, source)).collect();
         let reach = mirrored
@@ -65,7 +68,8 @@ impl NearSystem {
                 panels.centroids[t].distance(source.centroids[s]) + panels.radii[t] + source.radii[s]
             })
             .fold(0.0, f64::max);
-        let nodes = nodes(highest, reach);
+        let error = if effort == Effort::Draft { INTERPOLATION_OF_DRAFTS } else { INTERPOLATION };
+        let nodes = nodes(highest, reach, error);
         let vertices = panels.vertices.len();
         let mut loads = vec![0.0; vertices * RIGID_DOFS * nodes.len() * PARTS];
         let images = images
@@ -172,11 +176,11 @@ fn interpolate(weights: &[f64], wavenumber: f64, values: &[f64]) -> [Complex64; 
 }
 
 /// Positive Chebyshev points of [−highest, highest], as many as the error bound needs.
-fn nodes(highest: f64, reach: f64) -> Vec<f64> {
+fn nodes(highest: f64, reach: f64, error: f64) -> Vec<f64> {
     let phase = 0.5 * highest * reach;
     let mut bound = 2.0;
     let mut count = 0;
-    while count < 2 || (bound > INTERPOLATION && count < 16) {
+    while count < 2 || (bound > error && count < 16) {
         count += 1;
         bound *= phase * phase / ((2 * count * (2 * count - 1)) as f64);
     }

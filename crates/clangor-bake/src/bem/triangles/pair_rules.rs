@@ -5,6 +5,7 @@
 //! divided into four until the pieces are as far apart as their size, with six points on each.
 
 use super::panels::Panels;
+use crate::effort::Effort;
 use crate::quadrature::gauss_legendre;
 
 /// Shares of the corners at a point.
@@ -39,19 +40,36 @@ pub(super) fn six_points() -> [TrianglePoint; 6] {
     [a, b, c, d, e, f]
 }
 
-/// Rules for pairs that share one corner, two, or all three.
+/// Rules for pairs that share one corner, two, or all three, and how far others are divided.
 #[derive(Clone, Debug)]
-pub(super) struct TouchingRules([Vec<PairPoint>; 3]);
+pub(super) struct TouchingRules {
+    sharing: [Vec<PairPoint>; 3],
+    /// Most halvings of one close pair, both triangles together.
+    deepest: u32,
+}
 
 impl TouchingRules {
     /// Rules with the given Gauss points in each of the four directions.
     pub(super) fn new(corner: usize, edge: usize, same: usize) -> Self {
-        Self([touching(1, corner), touching(2, edge), touching(3, same)])
+        Self { sharing: [touching(1, corner), touching(2, edge), touching(3, same)], deepest: DEEPEST }
+    }
+
+    /// As precise as a solve of this effort needs.
+    pub(super) fn of(effort: Effort) -> Self {
+        match effort {
+            Effort::Exact => Self::new(2, 3, 3),
+            Effort::Draft => Self { deepest: DEEPEST_OF_DRAFTS, ..Self::new(2, 2, 2) },
+        }
+    }
+
+    /// Most halvings of one close pair.
+    pub(super) fn deepest(&self) -> u32 {
+        self.deepest
     }
 
     /// The rule for a pair that shares so many corners, 1 to 3.
     pub(super) fn sharing(&self, corners: usize) -> &[PairPoint] {
-        &self.0[corners - 1]
+        &self.sharing[corners - 1]
     }
 }
 
@@ -110,12 +128,14 @@ pub(super) const SEPARATION: f64 = 1.3;
 
 /// Most halvings of one pair, both triangles together.
 const DEEPEST: u32 = 8;
+/// The same for drafts, whose triangles may be much larger than a wall.
+const DEEPEST_OF_DRAFTS: u32 = 3;
 
 /// Calls `add` with the points of a close pair that does not touch.
 pub(super) fn close_pair(
     test: &Panels,
     source: &Panels,
-    pair: (usize, usize),
+    (pair, deepest): ((usize, usize), u32),
     add: &mut impl FnMut(Shares, Shares, f64),
 ) {
     let whole = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -125,7 +145,7 @@ pub(super) fn close_pair(
         let half = |depth: u32| 0.5_f64.powi(depth as i32);
         let (radius_u, radius_v) = (test.radii[pair.0] * half(depth_u), source.radii[pair.1] * half(depth_v));
         let (x, y) = (test.point(pair.0, centre(&u)), source.point(pair.1, centre(&v)));
-        if x.distance(y) < SEPARATION * (radius_u + radius_v) && depth_u + depth_v < DEEPEST {
+        if x.distance(y) < SEPARATION * (radius_u + radius_v) && depth_u + depth_v < deepest {
             if radius_u >= radius_v {
                 pending.extend(quarters(&u).map(|u| (u, depth_u + 1, v, depth_v)));
             } else {

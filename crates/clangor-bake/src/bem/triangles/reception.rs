@@ -17,12 +17,11 @@
 //!
 //! Not for pressures on the surface: see [`TriangleSolver::surface_pressure`].
 
-use clangor_core::math::radial::{regular, reverse_bessel};
-use clangor_core::math::spherical_harmonics::{count, solid_harmonics, solid_harmonics_with_gradient};
+use clangor_core::math::spherical_harmonics::{count, solid_harmonics};
 use glam::{DMat3, DVec3};
-use num_complex::{Complex32, Complex64};
+use num_complex::Complex64;
 
-use super::pair_rules::six_points;
+use super::incident_waves::SurfaceHarmonics;
 use super::parity_classes::ParityClass;
 use super::{ClassSystem, TriangleSolver, narrow, widen};
 use crate::quadrature::gauss_legendre;
@@ -46,7 +45,8 @@ impl TriangleSolver {
     /// Outgoing multipoles up to `order`, at most [`MOST_ORDER`], about the origin and of size 1 on the
     /// sphere of `radius` \[m\], as [`crate::radiation::RadiationSample`] has them, of motions given by their
     /// `loads` ∫ φᵢ a_n dS [m² times the unit of a_n] at the vertices of the surface; in metres times the
-    /// unit of a_n.
+    /// unit of a_n. `harmonics` are those of [`surface_harmonics`](Self::surface_harmonics), for the same
+    /// radius, if they are known.
     ///
     /// # Errors
     /// [`RadiationError::NotFinite`].
@@ -56,6 +56,7 @@ impl TriangleSolver {
         order: usize,
         radius: f64,
         loads: &[Vec<f64>],
+        harmonics: Option<&SurfaceHarmonics>,
     ) -> Result<Vec<Vec<Complex64>>, RadiationError> {
         let order = order.min(MOST_ORDER);
         let classes = self.all_classes();
@@ -66,13 +67,27 @@ impl TriangleSolver {
         let mut coefficients = vec![vec![Complex64::ZERO; count(order)]; loads.len()];
         let members: Vec<Vec<usize>> = classes.iter().map(|class| self.members(class, order)).collect();
         // Assembly: incident waves on the right-hand side, matrices of the classes.
-        let right = self.incident(wavenumber, order, radius, &classes, &members);
+        let right = self.incident((wavenumber, order, radius), &classes, &members, harmonics);
         let matrices = self.matrices(wavenumber, &classes);
         let systems = classes.iter().zip(matrices).zip(right);
         for ((((class, matrix), right), harmonics), folded) in systems.zip(&members).zip(&folded) {
-            // Dense solve, then reciprocity: coefficients are products of the pressure with the loads.
+            // Dense solve for the fewer of harmonics and motions, then reciprocity: coefficients are
+            // products of the incident waves with the loads about the inverse.
+            let size = class.size.max(1);
+            if folded.len() < harmonics.len() {
+                let loads = folded.iter().flat_map(|f| f.loads.iter().map(|w| narrow((*w).into()))).collect();
+                let solution = ClassSystem { size: class.size, matrix, right: loads }.solve_transposed();
+                for (Folded { motion, .. }, pressure) in folded.iter().zip(solution.chunks_exact(size)) {
+                    for (harmonic, wave) in harmonics.iter().zip(right.chunks_exact(size)) {
+                        let sum: Complex64 =
+                            pressure.iter().zip(wave).map(|(p, u)| widen(*p) * widen(*u)).sum();
+                        coefficients[*motion][*harmonic] = sum / radius;
+                    }
+                }
+                continue;
+            }
             let solution = ClassSystem { size: class.size, matrix, right }.solve();
-            for (harmonic, pressure) in harmonics.iter().zip(solution.chunks_exact(class.size.max(1))) {
+            for (harmonic, pressure) in harmonics.iter().zip(solution.chunks_exact(size)) {
                 for Folded { motion, loads } in folded {
                     let sum: Complex64 = pressure.iter().zip(loads).map(|(p, w)| widen(*p) * *w).sum();
                     coefficients[*motion][*harmonic] = sum / radius;
@@ -132,7 +147,7 @@ impl TriangleSolver {
 
     /// The harmonics of a class: at a point of general position the reflections must give them the signs of
     /// the class.
-    fn members(&self, class: &ParityClass, order: usize) -> Vec<usize> {
+    pub(super) fn members(&self, class: &ParityClass, order: usize) -> Vec<usize> {
         let x = DVec3::new(0.48, 0.6, 0.64);
         let (mut here, mut there) = (Vec::new(), Vec::new());
         solid_harmonics(x, order, &mut here);
@@ -145,101 +160,41 @@ impl TriangleSolver {
         }
         (0..count(order)).filter(|harmonic| is_member[*harmonic]).collect()
     }
-
-    /// ⟨φᵢ, u + γ ∂u/∂n⟩ times θₙ(ikR), for the harmonics of each class, column after column.
-    fn incident(
-        &self,
-        wavenumber: f64,
-        order: usize,
-        radius: f64,
-        classes: &[ParityClass],
-        members: &[Vec<usize>],
-    ) -> Vec<Vec<Complex32>> {
-        let panels = &self.panels;
-        let scale = self.radius / radius;
-        let kappa = wavenumber * radius;
-        let square = Complex64::from(kappa * kappa);
-        let coupling = self.coupling(wavenumber * self.radius) * scale;
-        let (mut harmonics, mut gradients, mut radial, mut theta) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        // Frequency-dependent factors of the orders.
-        reverse_bessel(Complex64::new(0.0, kappa), order, &mut theta);
-        let mut right: Vec<Vec<Complex32>> =
-            classes.iter().zip(members).map(|(c, m)| vec![Complex32::ZERO; c.size * m.len()]).collect();
-        let degrees: Vec<usize> = (0..count(order)).map(usize::isqrt).collect();
-        let mut values = vec![[0.0; 2]; count(order)];
-        let rule = six_points();
-        for t in 0..panels.triangles.len() {
-            let normal = panels.normals[t];
-            let mut sums = vec![[[0.0_f64; 2]; 3]; count(order)];
-            // Quadrature: u + γ ∂u/∂n against the three shape functions.
-            for (shares, weight) in &rule {
-                let x = panels.point(t, *shares) * scale;
-                regular(square * x.length_squared(), order + 1, &mut radial);
-                solid_harmonics_with_gradient(x, order, &mut harmonics, &mut gradients);
-                let along = x.dot(normal);
-                for (i, value) in values.iter_mut().enumerate() {
-                    let n = degrees[i];
-                    let slope = radial[n].re * gradients[i].dot(normal)
-                        - square.re * radial[n + 1].re * along * harmonics[i];
-                    *value = [radial[n].re * harmonics[i], -coupling * slope];
-                }
-                for (sum, value) in sums.iter_mut().zip(&values) {
-                    for (sum, share) in sum.iter_mut().zip(shares) {
-                        sum[0] += weight * share * value[0];
-                        sum[1] += weight * share * value[1];
-                    }
-                }
-            }
-            // Scatter to the unknowns of each class.
-            for ((class, harmonics), right) in classes.iter().zip(members).zip(&mut right) {
-                for (column, harmonic) in harmonics.iter().enumerate() {
-                    let factor = theta[degrees[*harmonic]] * panels.areas[t];
-                    for (corner, vertex) in panels.triangles[t].iter().enumerate() {
-                        let unknown = class.unknowns[*vertex as usize] as usize;
-                        if unknown < class.size {
-                            let [re, im] = sums[*harmonic][corner];
-                            right[column * class.size + unknown] += narrow(Complex64::new(re, im) * factor);
-                        }
-                    }
-                }
-            }
-        }
-        right
-    }
 }
 
 /// Rotates multipoles from the cell's frame to the body's: cₙₘ = Σ c'ₙₘ' ∫ Yₙₘ(d) Yₙₘ'(Fᵀd) dΩ.
-fn turn(frame: DMat3, order: usize, coefficients: &mut [Vec<Complex64>]) {
+pub(super) fn turn(frame: DMat3, order: usize, coefficients: &mut [Vec<Complex64>]) {
+    // Rotation of each order: rows of the body's frame, columns of the cell's.
+    let mut rotations: Vec<Vec<f64>> = (0..=order).map(|n| vec![0.0; (2 * n + 1).pow(2)]).collect();
     let (mut there, mut here) = (Vec::new(), Vec::new());
-    let rotated: Vec<Vec<Complex64>> = coefficients
-        .iter()
-        .map(|of_cell| {
-            let mut sums = vec![Complex64::ZERO; of_cell.len()];
-            // Exact quadrature over the sphere: Gauss–Legendre in z, trapezoid in φ.
-            let around = 2 * order + 2;
-            for (u, weight) in gauss_legendre(order + 1) {
-                for k in 0..around {
-                    let phi = std::f64::consts::TAU * k as f64 / around as f64;
-                    let z = 2.0 * u - 1.0;
-                    let across = (1.0 - z * z).sqrt();
-                    let direction = DVec3::new(across * phi.cos(), across * phi.sin(), z);
-                    solid_harmonics(direction, order, &mut here);
-                    solid_harmonics(frame.transpose() * direction, order, &mut there);
-                    let weight = 4.0 * std::f64::consts::PI * weight / around as f64;
-                    // Evaluate each order in the cell's frame and project it onto the body's frame.
-                    for n in 0..=order {
-                        let own = n * n..(n + 1) * (n + 1);
-                        let value: Complex64 =
-                            of_cell[own.clone()].iter().zip(&there[own.clone()]).map(|(c, y)| c * y).sum();
-                        for i in own {
-                            sums[i] += value * (weight * here[i]);
-                        }
-                    }
+    // Exact quadrature over the sphere: Gauss–Legendre in z, trapezoid in φ.
+    let around = 2 * order + 2;
+    for (u, weight) in gauss_legendre(order + 1) {
+        for k in 0..around {
+            let phi = std::f64::consts::TAU * k as f64 / around as f64;
+            let z = 2.0 * u - 1.0;
+            let across = (1.0 - z * z).sqrt();
+            let direction = DVec3::new(across * phi.cos(), across * phi.sin(), z);
+            solid_harmonics(direction, order, &mut here);
+            solid_harmonics(frame.transpose() * direction, order, &mut there);
+            let weight = 4.0 * std::f64::consts::PI * weight / around as f64;
+            for (n, rotation) in rotations.iter_mut().enumerate() {
+                let of_order = n * n..(n + 1) * (n + 1);
+                let rows = rotation.chunks_exact_mut(2 * n + 1);
+                for (row, y) in rows.zip(&here[of_order.clone()]) {
+                    let share = weight * y;
+                    row.iter_mut().zip(&there[of_order.clone()]).for_each(|(sum, y)| *sum += share * y);
                 }
             }
-            sums
-        })
-        .collect();
-    coefficients.clone_from_slice(&rotated);
+        }
+    }
+    for of_motion in coefficients {
+        for (n, rotation) in rotations.iter().enumerate() {
+            let own = &mut of_motion[n * n..(n + 1) * (n + 1)];
+            let of_cell = own.to_vec();
+            for (c, row) in own.iter_mut().zip(rotation.chunks_exact(2 * n + 1)) {
+                *c = row.iter().zip(&of_cell).map(|(share, c)| c * share).sum();
+            }
+        }
+    }
 }

@@ -18,21 +18,25 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
 use super::basis::Basis;
+use super::chain::{Cap, Chain, Origin};
+use super::division::Divided;
 use super::grid::CellGrid;
+use super::polygon::Polygon;
 use crate::quadrature::gauss_legendre;
 
 /// Points per direction for a vanishing triangle: the polynomials of a small one vary little, but their high
 /// degrees must not alias.
 const FEWEST_POINTS: f64 = 4.5;
-/// Largest number of moments along an axis.
-const MOST: usize = 9;
-/// Most corners of a clipped triangle.
-const CORNERS: usize = 9;
+/// The same in a section: a tie is far stiffer than the rest of a cell, and must not become negative.
+const FEWEST_SECTION_POINTS: f64 = 7.5;
 
 /// Legendre moments of a body in one cell, in coordinates from −1 to 1.
+#[derive(Clone)]
 pub(super) struct CellMoments {
     /// Place of the cell in the grid.
     pub(super) place: [usize; 3],
+    /// Sum of the area vectors of the surface in the cell, in units of its faces.
+    pub(super) surface: DVec3,
     /// Moments along an axis: 2p + 1.
     count: usize,
     /// ∫ P_a(x) P_b(y) P_c(z), by c, a, b.
@@ -43,13 +47,21 @@ pub(super) struct CellMoments {
 struct Piece {
     place: [usize; 3],
     corners: [DVec3; 3],
+    /// Twice the measure dA of the integral: n_z dA for volumes.
+    measure: f64,
+}
+
+impl Piece {
+    fn upwards(place: [usize; 3], corners: [DVec3; 3]) -> Self {
+        let [ab, ac] = [corners[1] - corners[0], corners[2] - corners[0]];
+        Piece { place, corners, measure: ab.x * ac.y - ab.y * ac.x }
+    }
 }
 
 /// The moments of all cells that hold a part of the body, ascending by place.
 pub(super) fn cell_moments(surface: &TriMesh, grid: &CellGrid, basis: &Basis) -> Vec<CellMoments> {
     let count = basis.points().len();
-    let full = 3 * basis.degree() + 2;
-    let rules: Vec<Vec<(f64, f64)>> = (0..=full).map(gauss_legendre).collect();
+    let rules = rules(basis);
     // Cells in parallel; the pieces of each in a fixed order.
     let pieces = pieces(surface, grid);
     let touched: Vec<Touched> =
@@ -58,9 +70,49 @@ pub(super) fn cell_moments(surface: &TriMesh, grid: &CellGrid, basis: &Basis) ->
     touched.chunk_by(|a, b| column(a) == column(b)).flat_map(|column| closed(column, count)).collect()
 }
 
+/// Gauss rules by their number of points, up to that for a triangle as large as the cell.
+pub(super) fn rules(basis: &Basis) -> Vec<Vec<(f64, f64)>> {
+    (0..=3 * basis.degree() + 2).map(gauss_legendre).collect()
+}
+
+/// The moments of a part of a cell, from its closed chain.
+pub(super) fn part_moments(
+    place: [usize; 3],
+    chain: &Chain,
+    rules: &[Vec<(f64, f64)>],
+    count: usize,
+) -> CellMoments {
+    // Vertical faces, and the bottom of the cell, add nothing.
+    let counts = |cap: &&Cap| matches!(cap.origin, Origin::Face(5) | Origin::Division(_));
+    let caps = chain.caps.iter().filter(counts).flat_map(Cap::cones);
+    let all = chain.triangles.iter().copied().chain(caps);
+    let pieces: Vec<Piece> = all.map(|corners| Piece::upwards(place, corners)).collect();
+    let mut moments = vec![0.0; count.pow(3)];
+    let column = &mut vec![0.0; count * count];
+    let sums = Sums { pieces: &pieces, rules, count, section: false, moments: &mut moments, column };
+    pulp::Arch::new().dispatch(sums);
+    CellMoments { place, surface: DVec3::ZERO, count, moments }
+}
+
+/// The moments of a section through a cell: ∫ P_a(x) P_b(y) P_c(z) dA over triangles of signed area.
+pub(super) fn section_moments<'a>(
+    place: [usize; 3],
+    section: impl Iterator<Item = &'a Divided>,
+    rules: &[Vec<(f64, f64)>],
+    count: usize,
+) -> CellMoments {
+    let pieces: Vec<Piece> = section.map(|t| Piece { place, corners: t.corners, measure: t.area }).collect();
+    let mut moments = vec![0.0; count.pow(3)];
+    let column = &mut vec![0.0; count * count];
+    let sums = Sums { pieces: &pieces, rules, count, section: true, moments: &mut moments, column };
+    pulp::Arch::new().dispatch(sums);
+    CellMoments { place, surface: DVec3::ZERO, count, moments }
+}
+
 /// Sums over the surface in one cell.
 struct Touched {
     place: [usize; 3],
+    surface: DVec3,
     /// ∮ P_a P_b ∫P_c n_z dA, by c, a, b.
     moments: Vec<f64>,
     /// The same as seen from the cells below.
@@ -70,9 +122,11 @@ struct Touched {
 impl Touched {
     fn new(pieces: &[Piece], rules: &[Vec<(f64, f64)>], count: usize) -> Self {
         let (mut moments, mut above) = (vec![0.0; count.pow(3)], vec![0.0; count * count]);
-        let sums = Sums { pieces, rules, count, moments: &mut moments, column: &mut above };
+        let sums = Sums { pieces, rules, count, section: false, moments: &mut moments, column: &mut above };
         pulp::Arch::new().dispatch(sums);
-        Touched { place: pieces[0].place, moments, above }
+        let area_vector = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a);
+        let surface = pieces.iter().map(|piece| area_vector(piece.corners)).sum();
+        Touched { place: pieces[0].place, surface, moments, above }
     }
 }
 
@@ -90,7 +144,8 @@ fn closed(column: &[Touched], count: usize) -> Vec<CellMoments> {
         if let Some(own) = own {
             above.iter_mut().zip(&own.above).for_each(|(sum, own)| *sum += own);
         }
-        cells.push(CellMoments { place, count, moments });
+        let surface = own.map_or(DVec3::ZERO, |own| own.surface);
+        cells.push(CellMoments { place, surface, count, moments });
     }
     cells.reverse();
     cells
@@ -100,6 +155,16 @@ impl CellMoments {
     /// Filled part of a cell.
     pub(super) fn filled(&self) -> f64 {
         self.moments[0] / 8.0
+    }
+
+    /// Area of a section, in that of a face of the cell.
+    pub(super) fn section_area(&self) -> f64 {
+        self.moments[0] / 4.0
+    }
+
+    /// Adds another part of the same cell.
+    pub(super) fn add(&mut self, other: &CellMoments) {
+        self.moments.iter_mut().zip(&other.moments).for_each(|(sum, other)| *sum += other);
     }
 
     /// Weights on the Gauss points of a unit cube, by x, y, z.
@@ -157,7 +222,7 @@ fn pieces(surface: &TriMesh, grid: &CellGrid) -> Vec<Piece> {
                     let corners = part.corners();
                     for q in 1..corners.len().max(2) - 1 {
                         let corners = [corners[0], corners[q], corners[q + 1]].map(|x| x - corner);
-                        pieces.push(Piece { place: [i, j, k], corners });
+                        pieces.push(Piece::upwards([i, j, k], corners));
                     }
                 }
             }
@@ -167,63 +232,14 @@ fn pieces(surface: &TriMesh, grid: &CellGrid) -> Vec<Piece> {
     pieces
 }
 
-/// A convex polygon.
-#[derive(Clone, Copy)]
-struct Polygon {
-    corners: [DVec3; CORNERS],
-    count: usize,
-}
-
-impl Polygon {
-    fn triangle([a, b, c]: [DVec3; 3]) -> Self {
-        let mut corners = [DVec3::ZERO; CORNERS];
-        corners[..3].copy_from_slice(&[a, b, c]);
-        Polygon { corners, count: 3 }
-    }
-
-    fn corners(&self) -> &[DVec3] {
-        &self.corners[..self.count]
-    }
-
-    fn is_empty(&self) -> bool {
-        self.count < 3
-    }
-
-    /// The part from `low` to `low` + 1 along an axis.
-    fn between(&self, axis: usize, low: f64) -> Self {
-        self.clipped(axis, low, 1.0).clipped(axis, low + 1.0, -1.0)
-    }
-
-    /// The part above a plane for side 1, below it for side −1.
-    fn clipped(&self, axis: usize, plane: f64, side: f64) -> Self {
-        let mut part = Polygon { corners: [DVec3::ZERO; CORNERS], count: 0 };
-        let mut push = |corner: DVec3| {
-            part.corners[part.count] = corner;
-            part.count += 1;
-        };
-        let corners = self.corners();
-        for (n, here) in corners.iter().enumerate() {
-            let next = corners[(n + 1) % corners.len()];
-            let (a, b) = (side * (here[axis] - plane), side * (next[axis] - plane));
-            if a >= 0.0 {
-                push(*here);
-            }
-            if (a >= 0.0) != (b >= 0.0) {
-                let mut cut = *here + a / (a - b) * (next - *here);
-                cut[axis] = plane;
-                push(cut);
-            }
-        }
-        part
-    }
-}
-
 /// Sums of the pieces of one cell.
 struct Sums<'a> {
     pieces: &'a [Piece],
     /// Gauss rules by their number of points.
     rules: &'a [Vec<(f64, f64)>],
     count: usize,
+    /// Whether functions of z are P_c, not ∫P_c.
+    section: bool,
     /// ∮ P_a P_b ∫P_c n_z dA, by c, a, b.
     moments: &'a mut [f64],
     /// The same for a point above the cell, where c = 0 alone remains.
@@ -236,6 +252,7 @@ impl WithSimd for Sums<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         match self.count {
+            5 => self.sum::<5, 25>(),
             7 => self.sum::<7, 49>(),
             9 => self.sum::<9, 81>(),
             other => unreachable!("{other} moments along an axis"),
@@ -247,20 +264,19 @@ impl Sums<'_> {
     /// With N moments along an axis, and N² in a plane.
     #[inline(always)]
     fn sum<const N: usize, const PLANE: usize>(self) {
-        const { assert!(N <= MOST && PLANE == N * N) }
+        const { assert!(PLANE == N * N) }
         let full = self.rules.len() - 1;
         let moments = self.moments.as_chunks_mut::<PLANE>().0;
         let column = &mut self.column.as_chunks_mut::<PLANE>().0[0];
-        for Piece { corners: [a, b, c], .. } in self.pieces {
+        for Piece { corners: [a, b, c], measure: area, .. } in self.pieces {
             let (ab, ac) = (*b - *a, *c - *a);
-            // n_z dA, twice.
-            let area = ab.x * ac.y - ab.y * ac.x;
-            if area == 0.0 {
+            if *area == 0.0 {
                 continue;
             }
             let extent =
                 ab.abs().max_element().max(ac.abs().max_element()).max((*c - *b).abs().max_element());
-            let points = full.min((FEWEST_POINTS + full as f64 * extent.sqrt()) as usize);
+            let fewest = if self.section { FEWEST_SECTION_POINTS } else { FEWEST_POINTS };
+            let points = full.min((fewest + full as f64 * extent.sqrt()) as usize);
             // Points of a collapsed square.
             for (u, wu) in &self.rules[points] {
                 for (v, wv) in &self.rules[points] {
@@ -269,7 +285,8 @@ impl Sums<'_> {
                     let weight = 4.0 * wu * wv * (1.0 - u) * area;
                     let x = legendre::<N>(2.0 * at.x - 1.0);
                     let y = legendre::<N>(2.0 * at.y - 1.0);
-                    let z = integrated::<N>(2.0 * at.z - 1.0);
+                    let z = 2.0 * at.z - 1.0;
+                    let z = if self.section { legendre::<N>(z) } else { integrated::<N>(z) };
                     let mut plane = [0.0; PLANE];
                     for i in 0..N {
                         for j in 0..N {

@@ -78,32 +78,34 @@ fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Mo
     }
     let top_below = top.below;
     drop(top);
-    // Factor at the shifts, with a count at each.
-    let mut shifts: Vec<(f64, Factor<'_>)> = Vec::new();
-    for fraction in fractions(total, place) {
-        shifts.push(factor_near(&structure, system, fraction * limit)?);
-    }
-    // Lanczos iteration at each shift, for the modes between its neighbours.
-    for k in 0..shifts.len() {
-        let (shift, factor) = &shifts[k];
-        let before = if k == 0 { (0.0, rigid) } else { (shifts[k - 1].0, shifts[k - 1].1.below) };
-        let (end, below_end) = shifts.get(k + 1).map_or((limit, top_below), |(s, f)| (*s, f.below));
+    // Factor at each shift in turn; the next one counts the modes up to it, so that two are in memory.
+    let mut counts = Vec::new();
+    let mut fractions = fractions(total, place).into_iter();
+    let mut next = |below: &mut Vec<(f64, usize)>| -> Result<Option<(f64, Factor<'_>)>, ModalError> {
+        let Some(fraction) = fractions.next() else { return Ok(None) };
+        let (shift, factor) = factor_near(&structure, system, fraction * limit)?;
+        below.push((frequency(shift), factor.below - rigid));
+        Ok(Some((shift, factor)))
+    };
+    let mut before = (0.0, rigid);
+    let mut here = next(&mut counts)?;
+    while let Some((shift, factor)) = here {
+        // Lanczos iteration for the modes between the neighbours of the shift.
+        let after = next(&mut counts)?;
+        let (end, below_end) = after.as_ref().map_or((limit, top_below), |(s, f)| (*s, f.below));
         let there = below_end - factor.below;
-        let above = if k + 1 < shifts.len() { there.div_ceil(2) } else { there };
-        let below = (factor.below - before.1).checked_sub(band.between(before.0, *shift)).ok_or(
-            ModalError::Incomplete {
-                found: 0,
-                expected: factor.below - before.1,
-                frequency: frequency(*shift),
-            },
-        )?;
-        band.search(factor, *shift, [before.0, end], below, above)?;
+        let above = if after.is_some() { there.div_ceil(2) } else { there };
+        let expected = factor.below - before.1;
+        let below = expected.checked_sub(band.between(before.0, shift)).ok_or(ModalError::Incomplete {
+            found: 0,
+            expected,
+            frequency: frequency(shift),
+        })?;
+        band.search(&factor, shift, [before.0, end], below, above)?;
+        before = (shift, factor.below);
+        here = after;
     }
-    // Sturm counts of all shifts.
-    let mut counts: Vec<(f64, usize)> =
-        shifts.iter().map(|(shift, factor)| (frequency(*shift), factor.below - rigid)).collect();
     counts.push((frequency(limit), total));
-    drop(shifts);
     // Recompute inaccurate modes, then verify the counts.
     let residual = band.polish(&structure, limit)?;
     if residual.is_nan() || band.exceeds(WORST_RESIDUAL) {

@@ -19,11 +19,19 @@ pub(crate) fn say(console: &Console, part: &ModalPart, each: bool) {
     let nodes = model.surface.nodes.len();
     console.say(format_args!(
         "{} of {} to {:.0} Hz; shapes at {} of the surface",
-        counted(model.modes.len(), "mode", "modes"),
+        counted(model.known_modes().len(), "mode", "modes"),
         origin.material,
-        model.max_frequency,
+        model.statistical_above.unwrap_or(model.max_frequency),
         counted(nodes, "node", "nodes"),
     ));
+    if model.statistical_above.is_some() {
+        let synthetic = model.modes.len() - model.known_modes().len();
+        console.say(format_args!(
+            "statistical from there to {:.0} Hz: {}",
+            model.max_frequency,
+            counted(synthetic, "synthetic mode", "synthetic modes")
+        ));
+    }
     console.say(evidence(part));
     if !each {
         return;
@@ -34,7 +42,7 @@ pub(crate) fn say(console: &Console, part: &ModalPart, each: bool) {
         "mode", "Hz", "mesh %", "T60 s", "order", "power", "T60 air s"
     ));
     let words = |number: Option<f64>| number.map_or("–".into(), four_digits);
-    for (at, mode) in model.modes.iter().enumerate() {
+    for (at, mode) in model.known_modes().iter().enumerate() {
         let row = Row::of(mode, model, damping.as_ref());
         console.say(format_args!(
             "{:>5} {:>12.2} {:>8} {:>10} {:>6} {:>12} {:>10}",
@@ -73,20 +81,22 @@ pub(crate) fn evidence(part: &ModalPart) -> String {
 pub(crate) fn json(part: &ModalPart) -> Value {
     let ModalPart { model, origin } = part;
     let damping = damping(part);
-    let rows: Vec<Row> = model.modes.iter().map(|m| Row::of(m, model, damping.as_ref())).collect();
+    let known = model.known_modes();
+    let rows: Vec<Row> = known.iter().map(|m| Row::of(m, model, damping.as_ref())).collect();
     let of = |number: fn(&Row) -> Option<f64>| rows.iter().map(number).collect::<Vec<_>>();
     json!({
         "radius_m": model.radius,
         "max_frequency_hz": model.max_frequency,
+        "statistical_above_hz": model.statistical_above,
         "material": origin.material,
         "youngs_modulus_pa": origin.youngs_modulus,
         "poisson_ratio": origin.poisson_ratio,
         "density_kg_per_m3": model.density,
         "first_frequency_hz": origin.first_frequency,
-        "frequencies_hz": model.modes.iter().map(|m| m.frequency).collect::<Vec<_>>(),
+        "frequencies_hz": known.iter().map(|m| m.frequency).collect::<Vec<_>>(),
         "mesh_errors": of(|r| r.mesh_error),
         "t60_s": of(|r| r.t60),
-        "orders": model.modes.iter().map(|m| m.transfer.as_ref().map(|t| t.order)).collect::<Vec<_>>(),
+        "orders": known.iter().map(|m| m.transfer.as_ref().map(|t| t.order)).collect::<Vec<_>>(),
         "powers_w_s4_kg_per_m2": of(|r| r.power),
         "radiation_t60_s": of(|r| r.air_t60),
         "surface_nodes": model.surface.nodes.len(),

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::scene::render_description::GroundSound;
+use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::{AccelerationPart, BodyModes, NoModes, SoundPart};
 use clangor_pipeline::analysis::levels::db_spl;
@@ -112,13 +113,14 @@ impl RenderReportView<'_> {
         for found in models.obtained.iter().filter(|found| found.part == SoundPart::Modal) {
             let BodyModes::Own(model) = &models.bodies[found.body.index()].modal else { continue };
             console.say(format_args!(
-                "\"{}\"{} rings with {}, {}",
+                "\"{}\"{} rings with {}{}, {}",
                 bodies[found.body.index()].name,
                 match found.bodies {
                     1 => String::new(),
                     more => format!(" and {} like it", more - 1),
                 },
-                counted(model.modes.len(), "mode", "modes"),
+                counted(model.known_modes().len(), "mode", "modes"),
+                statistically(model),
                 match found.cached {
                     true => "from the cache".into(),
                     false => format!("baked in {:.1} s", found.time.as_secs_f64()),
@@ -270,7 +272,7 @@ impl RenderReportView<'_> {
                 self.remark(energy, slow, index)
             ));
             let modes = &models.bodies[index].modal;
-            if body.motion == Motion::Free && *modes != BodyModes::None(NoModes::Unstruck) {
+            if *modes != BodyModes::None(NoModes::Unstruck) && !body.surface.is_plane() {
                 console.say(format_args!(
                     "{:24} {:12} {:>10} {:>8} {:>8} {:>8}  {modes}",
                     "",
@@ -295,10 +297,17 @@ impl RenderReportView<'_> {
                 (_, GroundSound::Slab) => "a slab of concrete".into(),
                 _ => "a half-space of its material".into(),
             }
-        } else if body.surface.is_plane() || body.motion == Motion::Fixed {
+        } else if body.surface.is_plane() {
             "silent: it does not move".into()
         } else if body.motion != Motion::Free {
-            "silent: keyframes move it, not impacts".into()
+            let held = match body.motion {
+                Motion::Fixed => "does not move as a whole",
+                _ => "moves by keyframes, not by impacts",
+            };
+            match models.bodies[index].modal.mode_count() {
+                0 => format!("silent: it {held}"),
+                _ => format!("it {held}: it only vibrates"),
+            }
         } else if energy > 0.0 {
             let AccelerationPart { decision, kind, .. } = &models.bodies[index].acceleration;
             let as_what = match kind == &decision.kind {
@@ -421,6 +430,19 @@ fn modal_energy(summary: &RenderSummary, index: usize) -> f64 {
 
 fn total(energies: &BTreeMap<BodyId, f64>) -> f64 {
     energies.values().sum()
+}
+
+/// From which frequency a body rings statistically.
+fn statistically(model: &ModalModel) -> String {
+    model.statistical_above.map_or(String::new(), |from| {
+        let synthetic = model.modes.len() - model.known_modes().len();
+        format!(
+            " below {:.2} kHz, and statistically to {:.2} kHz with {}",
+            1e-3 * from,
+            1e-3 * model.max_frequency,
+            counted(synthetic, "synthetic one", "synthetic ones")
+        )
+    })
 }
 
 fn decibels(pressure: f64) -> String {

@@ -37,6 +37,7 @@ pub(super) const KEYS: &[&str] = &[
     "acceleration",
     "modal",
     "fracture",
+    "support",
     "positions",
     "count",
     "placement",
@@ -135,6 +136,7 @@ fn body(
     });
     let breaking =
         section.get("fracture").map(|node| breakable(d, section, &node, motion.as_ref(), material.as_ref()));
+    let supports = super::support::supports(d, section, motion.as_ref());
     let edge_radius = section.number(d, "edge_radius", Quantity::between(1e-9, 1e3, "m"));
     section.exclude(d, "collision_error", "shape", "`shape`, whose convex parts are known");
     section.exclude(d, "collision_error", "preset", "`preset`, whose convex parts are known");
@@ -160,6 +162,7 @@ fn body(
         sound,
         ringing: ringing.unwrap_or_default(),
         breaking: breaking.flatten(),
+        supports,
         copies: copies?,
         place: section.place.clone(),
         geometry_place,

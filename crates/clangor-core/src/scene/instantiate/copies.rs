@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3};
 
 use super::geometry::{GeometryError, LoadedGeometry, Loader};
 use super::problems::Problems;
+use super::supports::supports;
 use crate::body::Body;
 use crate::math::random::SplitMix;
 use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, PlacedBy};
@@ -104,7 +105,12 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, problems: &mut 
             if let Some(edge_radius) = description.edge_radius {
                 body.edge_radius = edge_radius;
             }
+            let known = problems.errors.len();
+            body.supports = supports(description, (&body, geometry), problems);
             drafts.push(Draft { description, body });
+            if problems.errors.len() > known {
+                break;
+            }
         }
     }
     drafts
@@ -126,7 +132,7 @@ fn geometry(
         }
     };
     for message in &loaded.warnings {
-        problems.warn(place(), Doubt::Geometry { message: message.clone() });
+        problems.warn_once(place(), Doubt::Geometry { message: message.clone() });
     }
     let radius = loaded.surface.bounding_radius();
     if !(MIN_RADIUS..=MAX_RADIUS).contains(&radius) {

@@ -20,4 +20,11 @@ impl Problems {
             self.warnings.push(warning);
         }
     }
+
+    /// A warning of a geometry, at the first body that has it.
+    pub(super) fn warn_once(&mut self, place: Place, doubt: Doubt) {
+        if !self.warnings.iter().any(|warning| warning.doubt == doubt) {
+            self.warnings.push(SceneWarning { place, doubt });
+        }
+    }
 }

@@ -1,8 +1,8 @@
 //! Modal models as bytes: a file of its own, or a part of a sound model; docs/format/model.md describes both.
 //!
 //! Unlike an acceleration model, a modal model belongs to one material and one medium. The stiffness
-//! determines the modes, and a transfer holds only at the frequency of its mode. Damping is not stored: it
-//! may change without another bake.
+//! determines the modes, and a transfer holds only at the frequency of its mode. The damping of the material
+//! is not stored: it may change without another bake. That by supports is, for a body that has any.
 //!
 //! Frequencies are stored in 64 bits, shapes and transfers in 32, whose 24 significant bits exceed the
 //! accuracy of any mesh. Computed models are rounded in the same way ([`ModalPart::rounded`]), so that they
@@ -98,6 +98,8 @@ pub(super) struct ModalDescription {
     sound_speed_m_s: f64,
     density_kg_m3: f64,
     max_frequency_hz: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    statistical_above_hz: Option<f64>,
     origin: ModalOrigin,
 }
 
@@ -150,7 +152,8 @@ impl ModalPart {
 
     /// Adds the arrays to a file, and returns the description of the rest.
     pub(super) fn put(&self, file: &mut TensorWriter) -> ModalDescription {
-        let ModalModel { radius, medium, density, max_frequency, surface, modes } = &self.model;
+        let ModalModel { radius, medium, density, max_frequency, statistical_above, surface, modes } =
+            &self.model;
         let nodes = surface.nodes.len();
         file.add("modal.nodes", &[nodes, 3], surface.nodes.iter().flat_map(|x| x.to_array()));
         file.add(
@@ -164,6 +167,9 @@ impl ModalPart {
             &[modes.len(), nodes, 3],
             modes.iter().flat_map(|m| &m.shape).flat_map(|u| u.to_array()).map(|u| u as f32),
         );
+        if modes.iter().any(|m| m.support_damping != 0.0) {
+            file.add("modal.support_damping", &[modes.len()], modes.iter().map(|m| m.support_damping));
+        }
         let order = |m: &ModalMode| m.transfer.as_ref().map_or(-1, |t| t.order as i16);
         file.add("modal.orders", &[modes.len()], modes.iter().map(order));
         let transfers = || modes.iter().filter_map(|m| m.transfer.as_ref()).flat_map(|t| &t.coefficients);
@@ -176,6 +182,7 @@ impl ModalPart {
             sound_speed_m_s: medium.sound_speed,
             density_kg_m3: *density,
             max_frequency_hz: *max_frequency,
+            statistical_above_hz: *statistical_above,
             origin: self.origin.clone(),
         }
     }
@@ -192,6 +199,10 @@ impl ModalPart {
             triangles: triangles.as_chunks::<6>().0.to_vec(),
         };
         let (count, numbers) = file.rows::<f64>("modal.modes", &[2])?;
+        let damping = match file.has("modal.support_damping") {
+            true => file.array::<f64>("modal.support_damping", &[count])?,
+            false => vec![0.0; count],
+        };
         let shapes = file.array::<f32>("modal.shapes", &[count, nodes, 3])?;
         let orders = file.array::<i16>("modal.orders", &[count])?;
         let (total, real) = file.rows::<f32>("modal.real", &[])?;
@@ -204,6 +215,7 @@ impl ModalPart {
             .map(|(at, (number, transfer))| ModalMode {
                 frequency: number[0],
                 mesh_error: number[1],
+                support_damping: damping[at],
                 shape: shapes[3 * at * nodes..3 * (at + 1) * nodes]
                     .chunks_exact(3)
                     .map(|u| DVec3::new(u[0].into(), u[1].into(), u[2].into()))
@@ -216,6 +228,7 @@ impl ModalPart {
             medium: Medium { density: modal.medium_density_kg_m3, sound_speed: modal.sound_speed_m_s },
             density: modal.density_kg_m3,
             max_frequency: modal.max_frequency_hz,
+            statistical_above: modal.statistical_above_hz,
             surface,
             modes,
         };
@@ -224,7 +237,8 @@ impl ModalPart {
 
     /// Rejects a model that could not be played.
     pub(super) fn check(&self) -> Result<(), TensorFileError> {
-        let ModalModel { radius, medium, density, max_frequency, surface, modes } = &self.model;
+        let ModalModel { radius, medium, density, max_frequency, statistical_above, surface, modes } =
+            &self.model;
         if !RADII.contains(radius) {
             return Err(TensorFileError::value(
                 "the bounding radius",
@@ -235,6 +249,9 @@ impl ModalPart {
         positive("the speed of sound", medium.sound_speed)?;
         positive("the density of the body", *density)?;
         positive("the highest frequency", *max_frequency)?;
+        if let Some(from) = *statistical_above {
+            positive("the frequency above which modes are statistical", from)?;
+        }
         positive("Young's modulus", self.origin.youngs_modulus)?;
         if !(self.origin.poisson_ratio > -1.0 && self.origin.poisson_ratio < 0.5) {
             return Err(TensorFileError::value(
@@ -260,6 +277,10 @@ impl ModalPart {
                     format!("the mesh error of mode {at}"),
                     "is not a finite number from 0",
                 ));
+            }
+            if !(mode.support_damping >= 0.0 && mode.support_damping.is_finite()) {
+                let what = format!("the damping of mode {at} by supports");
+                return Err(TensorFileError::value(what, "is not a finite number from 0"));
             }
             check_shape(at, mode, surface.nodes.len())?;
             mode.transfer.as_ref().map_or(Ok(()), |transfer| check_transfer(at, transfer))?;

@@ -1,4 +1,4 @@
-//! Modal model of a free body: its modes, and the transfer of each.
+//! Modal model of a body: its modes, and the transfer of each.
 //!
 //! A mode moves the surface by u(x, t) = U(x) q(t), with ∫ ρ U² dV = 1. A force f at x drives it by Q =
 //! U(x)·f:
@@ -16,7 +16,10 @@
 //! ```
 //!
 //! It is \[FRAC\] eq. (22) with each wave normalised to 1 on the sphere of radius R, so that nothing over- or
-//! underflows. Damping is not part of the model: it is the material's, and can change without another bake.
+//! underflows. The damping of the material is not part of the model: it can change without another bake. That
+//! of supports belongs to the modes: with dampers c at places x, 2ξω = uᵀC u = Σ c U(x)².
+
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 use num_complex::Complex64;
@@ -26,7 +29,7 @@ use crate::math::spherical_harmonics::solid_harmonics;
 use crate::medium::Medium;
 use crate::sound_model::modal::surface::ModalSurface;
 
-/// Modal model of a free body.
+/// Modal model of a body that is free, or held by supports.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModalModel {
     /// R, largest distance of the surface from the centre of mass \[m\].
@@ -35,12 +38,33 @@ pub struct ModalModel {
     pub medium: Medium,
     /// Density of the body [kg/m³], by which shapes are normalised.
     pub density: f64,
-    /// All modes below this frequency \[Hz\] are present.
+    /// All modes below this frequency \[Hz\] are present, or those that stand for them.
     pub max_frequency: f64,
+    /// Frequency \[Hz\] above which modes are synthetic: their levels are those of the body in the mean, and
+    /// their frequencies and shapes are random. `None` if all are modes of the body.
+    pub statistical_above: Option<f64>,
     /// Surface on which shapes are given.
     pub surface: ModalSurface,
     /// The modes, by frequency.
     pub modes: Vec<ModalMode>,
+}
+
+impl ModalModel {
+    /// The modes that are those of the body, without synthetic ones.
+    pub fn known_modes(&self) -> &[ModalMode] {
+        let end = self
+            .statistical_above
+            .map_or(self.modes.len(), |from| self.modes.partition_point(|mode| mode.frequency < from));
+        &self.modes[..end]
+    }
+
+    /// The model without synthetic modes.
+    #[must_use]
+    pub fn without_synthetic_modes(mut self) -> Self {
+        self.modes.truncate(self.known_modes().len());
+        self.max_frequency = self.statistical_above.take().unwrap_or(self.max_frequency);
+        self
+    }
 }
 
 /// A mode and its transfer.
@@ -50,10 +74,19 @@ pub struct ModalMode {
     pub frequency: f64,
     /// Estimate of the relative change of the frequency by a finer mesh. NaN without an estimate.
     pub mesh_error: f64,
+    /// 2ξω by the dampers of supports [1/s]; 0 without.
+    pub support_damping: f64,
     /// U at the nodes of the surface [kg^−½].
     pub shape: Vec<DVec3>,
     /// Pressure per modal acceleration; `None` for a model of frequencies and shapes alone.
     pub transfer: Option<ModalTransfer>,
+}
+
+impl ModalMode {
+    /// ξ by the dampers of supports, to be added to that of the material.
+    pub fn support_damping_ratio(&self) -> f64 {
+        self.support_damping / (2.0 * TAU * self.frequency)
+    }
 }
 
 /// Pressure around a body that vibrates in one mode.

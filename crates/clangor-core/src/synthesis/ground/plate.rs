@@ -133,7 +133,7 @@ impl PlateSource {
         }
         let wavenumber = omega / self.medium.sound_speed;
         let scale = -heard.side * self.medium.density * wavenumber / (TAU * self.plate.mass_per_area);
-        let poles = self.plate_at(omega).poles(None);
+        let poles = self.plate_at(omega).poles();
         scale * plate_waves(&poles, &self.rule, wavenumber * heard.distance, (heard.cos, heard.sin))
     }
 

@@ -89,8 +89,8 @@ impl PlateAt {
         zeta / (zeta * (1.0 - self.square * flat * flat) - Complex64::I * self.load)
     }
 
-    /// The poles; `near` are those of a near frequency, if any.
-    pub(super) fn poles(&self, near: Option<&[PlatePole; 5]>) -> [PlatePole; 5] {
+    /// The poles.
+    pub(super) fn poles(&self) -> [PlatePole; 5] {
         let inverse = 1.0 / self.square;
         let constant = Complex64::I * self.load * inverse;
         let monic = |z: Complex64| {
@@ -104,16 +104,13 @@ impl PlateAt {
         let root = sqrt(inverse);
         let [fast, slow] = [sqrt(1.0 - root), sqrt(1.0 + root)];
         let spread = |index: f64| 1e-3 * (1.0 + slow.norm()) * Complex64::cis(1.3 * index + 0.4);
-        let mut z = match near {
-            Some(poles) => poles.map(|pole| pole.zeta),
-            None => [
-                slow + spread(0.0),
-                -slow + spread(1.0),
-                fast + spread(2.0),
-                -fast + spread(3.0),
-                spread(4.0) - constant / (1.0 - inverse + constant.norm()),
-            ],
-        };
+        let mut z = [
+            slow + spread(0.0),
+            -slow + spread(1.0),
+            fast + spread(2.0),
+            -fast + spread(3.0),
+            spread(4.0) - constant / (1.0 - inverse + constant.norm()),
+        ];
         for _ in 0..ROUNDS {
             let mut largest = 0.0_f64;
             for j in 0..5 {

@@ -15,6 +15,8 @@
 //!
 //! Differs: \[FRAC\] weights by mass over the volume.
 //!
+//! Synthetic modes neither give nor take: their shapes are random, and their vibration ends with the body.
+//!
 //! The fit does not conserve energy; the energy is bounded afterwards. Each piece gets at most its share, by
 //! its mass and the amplitude of the parent's modes there. All pieces together get at most the energy of the
 //! parent.
@@ -151,7 +153,7 @@ pub fn handed_over(
     [parent_pose, piece_pose]: [&Pose; 2],
     mass: f64,
 ) -> Handed {
-    let count = piece.resonances().len() + 6;
+    let count = piece.known_modes() + 6;
     let moving = state.motions(parent);
     let energies = state.energies(parent);
     let turn = piece_pose.orientation.inverse() * parent_pose.orientation;
@@ -164,6 +166,7 @@ pub fn handed_over(
         let place = parent_pose.body_from_world(piece_pose.world_from_body(sample.place));
         parent.motions(place, turn.inverse() * sample.normal, &mut others);
         let (mut displacement, mut velocity) = (DVec3::ZERO, DVec3::ZERO);
+        others.truncate(parent.known_modes());
         for ((shape, [q, rate]), energy) in others.iter().zip(&moving).zip(&energies) {
             displacement += *shape * *q;
             velocity += *shape * *rate;
@@ -171,12 +174,14 @@ pub fn handed_over(
         }
         // Rigid motions and mode shapes of the piece there.
         piece.motions(sample.place, sample.normal, &mut own);
+        own.truncate(piece.known_modes());
         let turns = DVec3::AXES.map(|axis| axis.cross(sample.place) / size);
         let shapes: Vec<DVec3> = DVec3::AXES.into_iter().chain(turns).chain(own.iter().copied()).collect();
         fit.add(&shapes, [turn * displacement, turn * velocity]);
     }
     // Modal amplitudes q and velocities; state w = q̇ + ξω q + iω_d q.
-    let solved = fit.solve();
+    let mut solved = fit.solve();
+    solved.resize(piece.resonances().len() + 6, [0.0; 2]);
     let state = piece.resonances().iter().zip(&solved[6..]).map(|(resonance, [q, rate])| {
         ringing_pole(resonance)
             .map_or(Complex64::ZERO, |pole| Complex64::new(rate - pole.re * q, pole.im * q))

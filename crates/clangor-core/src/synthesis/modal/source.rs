@@ -96,7 +96,10 @@ impl ModalSource {
         check(&model)?;
         let (radius, medium) = (model.radius, model.medium);
         let modes: Vec<_> = model.modes.iter().map(|mode| (mode.frequency, mode.transfer.as_ref())).collect();
-        let (resonances, transfers) = prepared(&modes, radius, &medium, damping, settings)?;
+        let (mut resonances, transfers) = prepared(&modes, radius, &medium, damping, settings)?;
+        for (resonance, mode) in resonances.iter_mut().zip(&model.modes) {
+            resonance.damping_ratio += mode.support_damping_ratio();
+        }
         let locator = SurfaceLocator::new(&model.surface);
         let shapes = Shapes::Own { model, locator };
         Self::with(shapes, radius, medium, resonances, transfers, settings)
@@ -147,6 +150,14 @@ impl ModalSource {
     /// Frequencies and damping, radiation included, in the order of the model.
     pub fn resonances(&self) -> &[Resonance] {
         &self.resonances
+    }
+
+    /// Number of modes that are those of the body; synthetic ones come after them.
+    pub(super) fn known_modes(&self) -> usize {
+        match &self.shapes {
+            Shapes::Own { model, .. } => model.known_modes().len(),
+            Shapes::Proxy { .. } => self.resonances.len(),
+        }
     }
 
     /// Transfer from modes to pressure.

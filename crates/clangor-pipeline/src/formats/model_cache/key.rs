@@ -1,9 +1,12 @@
 //! The name of an entry: a hash of everything that a model depends on.
 
 use clangor_bake::acceleration::{BakeOptions, Method};
+use clangor_bake::effort::Effort;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::ModalBakeOptions;
+use clangor_bake::modal::held_body::Held;
 use clangor_bake::soundbank::modal::ModalSoundbankOptions;
+use clangor_core::body::support::{SupportKind, SupportRegion};
 use clangor_core::geometry::meridian::Piece;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
@@ -13,9 +16,9 @@ use clangor_core::sound_model::modal::model::ModalModel;
 use twox_hash::xxhash3_128::Hasher;
 
 /// To be raised when a change to the solvers changes what they compute by more than their accuracy.
-const SOLVERS: u32 = 1;
+const SOLVERS: u32 = 2;
 /// The same for modes and their sound.
-const MODAL_SOLVERS: u32 = 2;
+const MODAL_SOLVERS: u32 = 3;
 /// The same for the convex parts of meshes, by a change of any bit.
 const DECOMPOSITION: u32 = 1;
 
@@ -35,11 +38,18 @@ pub fn model_key(geometry: &BakeGeometry, options: &BakeOptions) -> String {
         Method::Fdtd => "fdtd",
     });
     inputs.whole(options.near_field.into());
+    inputs.effort(options.effort);
     format!("{:032x}", inputs.0.finish_128())
 }
 
-/// The same of a modal model: elasticity, density and medium besides, and no damping.
-pub fn modal_key(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> String {
+/// The same of a modal model: supports, elasticity, density and medium besides, and no damping of the
+/// material.
+pub fn modal_key(
+    geometry: &BakeGeometry,
+    held: Held<'_>,
+    material: &Material,
+    options: &ModalBakeOptions,
+) -> String {
     let mut inputs = Inputs(Hasher::new());
     inputs.text("modal");
     inputs.whole(modal_file::VERSION.into());
@@ -47,10 +57,12 @@ pub fn modal_key(geometry: &BakeGeometry, material: &Material, options: &ModalBa
     inputs.geometry(geometry);
     let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
     [youngs_modulus, poisson_ratio, density].into_iter().for_each(|n| inputs.number(n));
-    let ModalBakeOptions { medium, max_frequency, mesh_error, most_nodes, accuracy } = *options;
+    let ModalBakeOptions { medium, max_frequency, mesh_error, most_nodes, accuracy, effort } = *options;
     let numbers = [medium.density, medium.sound_speed, max_frequency, mesh_error, accuracy];
     numbers.into_iter().for_each(|n| inputs.number(n));
     inputs.whole(most_nodes as u64);
+    inputs.effort(effort);
+    inputs.held(held);
     format!("{:032x}", inputs.0.finish_128())
 }
 
@@ -61,7 +73,7 @@ pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &Mo
     inputs.whole(modal_file::VERSION.into());
     inputs.whole(MODAL_SOLVERS.into());
     inputs.geometry(geometry);
-    let ModalBakeOptions { medium, accuracy, max_frequency, .. } = *options;
+    let ModalBakeOptions { medium, accuracy, max_frequency, effort, .. } = *options;
     let numbers = [medium.density, medium.sound_speed, max_frequency, accuracy];
     numbers.into_iter().chain([model.density, model.max_frequency]).for_each(|n| inputs.number(n));
     inputs.whole(model.surface.nodes.len() as u64);
@@ -73,6 +85,7 @@ pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &Mo
         inputs.number(mode.frequency);
         mode.shape.iter().flat_map(|u| u.to_array()).for_each(|u| inputs.number(u));
     }
+    inputs.effort(effort);
     format!("{:032x}", inputs.0.finish_128())
 }
 
@@ -125,6 +138,42 @@ impl Inputs {
     fn number(&mut self, number: f64) {
         // −0 is 0.
         self.0.write(&(number + 0.0).to_le_bytes());
+    }
+
+    /// Exact bakes have the keys of before there were drafts.
+    fn effort(&mut self, effort: Effort) {
+        if effort == Effort::Draft {
+            self.text("draft");
+        }
+    }
+
+    /// Bodies without supports have the keys of before there were any.
+    fn held(&mut self, held: Held<'_>) {
+        if held.supports.is_empty() {
+            return;
+        }
+        self.text(if held.moves_freely { "supports that move" } else { "supports" });
+        self.whole(held.supports.len() as u64);
+        for support in held.supports {
+            match support.region {
+                SupportRegion::Ball { centre, radius } => {
+                    self.text("ball");
+                    centre.to_array().into_iter().chain([radius]).for_each(|x| self.number(x));
+                }
+                SupportRegion::Box { low, high } => {
+                    self.text("box");
+                    low.to_array().into_iter().chain(high.to_array()).for_each(|x| self.number(x));
+                }
+            }
+            match support.kind {
+                SupportKind::Clamped => self.text("clamped"),
+                SupportKind::Sprung { stiffness, damping } => {
+                    self.text("sprung");
+                    let numbers = stiffness.to_array().into_iter().chain(damping.to_array());
+                    numbers.for_each(|x| self.number(x));
+                }
+            }
+        }
     }
 
     fn geometry(&mut self, geometry: &BakeGeometry) {

@@ -103,6 +103,30 @@ struct BodyFields {
     angular_velocity: [f64; 3],
     #[serde(default, skip_serializing_if = "Option::is_none")]
     life: Option<LifeFields>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    supports: Vec<SupportFields>,
+}
+
+/// What holds a body, in its frame.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SupportFields {
+    region: RegionFields,
+    kind: SupportKindFields,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+enum RegionFields {
+    Ball { centre: [f64; 3], radius: f64 },
+    Box { low: [f64; 3], high: [f64; 3] },
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+enum SupportKindFields {
+    Clamped,
+    Sprung { stiffness: [f64; 3], damping: [f64; 3] },
 }
 
 /// When a body exists; left out for one that is there from beginning to end.

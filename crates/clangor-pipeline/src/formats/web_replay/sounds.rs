@@ -124,14 +124,16 @@ impl Modes<'_> {
         }
     }
 
-    /// Frequencies and transfers.
-    fn modes(&self) -> Vec<(f64, Option<ModalTransfer>)> {
+    /// Frequencies, damping by supports [1/s], and transfers.
+    fn modes(&self) -> Vec<(f64, f64, Option<ModalTransfer>)> {
         match self {
             Modes::Own(model) => {
-                model.modes.iter().map(|mode| (mode.frequency, mode.transfer.clone())).collect()
+                let numbers =
+                    |mode: &ModalMode| (mode.frequency, mode.support_damping, mode.transfer.clone());
+                model.modes.iter().map(numbers).collect()
             }
             Modes::Proxy(proxy) => (0..proxy.mode_count())
-                .map(|mode| (proxy.frequency(mode), Some(proxy.transfer(mode))))
+                .map(|mode| (proxy.frequency(mode), 0.0, Some(proxy.transfer(mode))))
                 .collect(),
         }
     }
@@ -168,7 +170,7 @@ impl Sounds {
         for pulse in pulses {
             for share in pulse.bodies.iter().flatten() {
                 let id = share.body;
-                if replay.clicks && !sounds.clicks.contains_key(&id) {
+                if replay.clicks && share.moves() && !sounds.clicks.contains_key(&id) {
                     let click = sounds.click(replay, id)?;
                     sounds.clicks.insert(id, click);
                 }
@@ -271,11 +273,17 @@ fn ringing_file(id: BodyId, body: &Body, modes: &Modes<'_>, places: &[DVec3]) ->
     };
     let modes_at = modes.modes().into_iter().zip(modes.shapes(places));
     let list: Vec<ModalMode> = modes_at
-        .map(|((frequency, transfer), shape)| ModalMode { frequency, mesh_error: f64::NAN, shape, transfer })
+        .map(|((frequency, support_damping, transfer), shape)| ModalMode {
+            frequency,
+            mesh_error: f64::NAN,
+            support_damping,
+            shape,
+            transfer,
+        })
         .collect();
     let mut t60: Vec<[f64; 2]> = Vec::new();
     for mode in &list {
-        let ratio = body.material.damping.damping_ratio(mode.frequency);
+        let ratio = body.material.damping.damping_ratio(mode.frequency) + mode.support_damping_ratio();
         let time = (1000_f64.ln() / (TAU * mode.frequency * ratio)).min(LONGEST_T60);
         if t60.last().is_none_or(|[last, _]| mode.frequency > last * (1.0 + 1e-9)) {
             t60.push([mode.frequency, time]);
@@ -287,6 +295,7 @@ fn ringing_file(id: BodyId, body: &Body, modes: &Modes<'_>, places: &[DVec3]) ->
         medium: modes.medium(),
         density: material.density,
         max_frequency: modes.max_frequency(),
+        statistical_above: None,
         surface,
         modes: list,
     };

@@ -204,6 +204,7 @@ impl Ringing {
         let mode = |mode: &super::RingingMode| ModalMode {
             frequency: mode.frequency,
             mesh_error: f64::NAN,
+            support_damping: 0.0,
             shape: mode.shape.clone(),
             transfer: None,
         };
@@ -212,6 +213,7 @@ impl Ringing {
             medium: Medium::AIR,
             density,
             max_frequency: self.max_frequency.unwrap_or(highest),
+            statistical_above: None,
             surface,
             modes: self.modes.iter().map(mode).collect(),
         }

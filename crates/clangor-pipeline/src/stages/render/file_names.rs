@@ -52,7 +52,7 @@ fn check_distinct(options: &RenderOptions, bodies: &[Body], output: &Path) -> Re
         let parts: &[SoundPart] = match body.motion {
             Motion::Free => &[SoundPart::Acceleration, SoundPart::Modal],
             _ if is_ground(body, options) => &[SoundPart::Ground],
-            _ => &[],
+            _ => &[SoundPart::Modal],
         };
         stems.extend(parts.iter().map(|part| Some((body.name.as_str(), *part))));
     }

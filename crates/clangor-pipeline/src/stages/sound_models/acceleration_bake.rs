@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use clangor_bake::acceleration::{
     BakeError, BakeOptions, BakeProgress, Resumption, SolvedFrequency, resume_bake,
 };
+use clangor_bake::cost;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_core::sound_model::files::model_file::{ModelFile, Origin};
 
@@ -21,6 +22,14 @@ pub struct AccelerationBake(pub BakeOptions);
 impl RequestedPart for AccelerationBake {
     fn key(&self, geometry: &BakeGeometry) -> String {
         model_key(geometry, &self.0)
+    }
+
+    fn draft(&self) -> Self {
+        AccelerationBake(self.0.draft())
+    }
+
+    fn operations(&self, geometry: &BakeGeometry) -> f64 {
+        cost::of_field(geometry, &self.0)
     }
 }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clangor_bake::acceleration::{BakeOptions, BakeProgress};
+use clangor_bake::cost::{of_field, seconds};
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::sound_model::SoundRule;
@@ -21,29 +22,30 @@ use super::error::SoundModelError;
 use super::obtain::{Obtained, obtain};
 use super::progress::SoundModelProgress;
 use super::report::ObtainedModel;
-use super::request::SoundModelRequest;
+use super::request::{RequestedPart, SoundModelRequest};
 use super::store::SoundModelStore;
-use crate::formats::model_cache::{Lookup, model_key};
+use crate::formats::model_cache::model_key;
 
-/// Highest kR of a form that takes no time to compute.
-const SMALL_FORM: f64 = 6.0;
-/// Most different forms that together take no time.
+/// Most different forms of bodies that would do as ellipsoids and have fields of their own.
 const MOST_FORMS: usize = 8;
+/// Part of the patience that their fields may take.
+const OWN_SHARE: f64 = 0.5;
 
 /// How the fields of accelerated bodies are chosen and baked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelerationSettings {
     /// Band and accuracy of the fields.
     pub options: BakeOptions,
-    /// Whether fields missing from the cache are baked; otherwise such a body radiates as the next best.
-    pub bake: bool,
+    /// CPU time \[s\], estimated, that exact models may take: bodies that would do as ellipsoids have fields
+    /// of their own where that is little of it.
+    pub patience: f64,
 }
 
 impl AccelerationSettings {
     /// Fields up to a wavenumber k = 2πf/c [1/m], of a relative error `accuracy` \[-\], also near the body.
-    pub fn new(max_wavenumber: f64, accuracy: f64, bake: bool) -> Self {
+    pub fn new(max_wavenumber: f64, accuracy: f64, patience: f64) -> Self {
         let options = BakeOptions { near_field: true, ..BakeOptions::new(max_wavenumber, accuracy) };
-        AccelerationSettings { options, bake }
+        AccelerationSettings { options, patience }
     }
 
     /// What each body should radiate as, in their order; [`SoundRule::default`] where `rules` end.
@@ -56,31 +58,33 @@ impl AccelerationSettings {
         let rule = |index: usize| rules.get(index).copied().unwrap_or_default().acceleration;
         let of = |(index, body)| decide(body, rule(index), bank, self.options.max_wavenumber);
         let mut decisions: Vec<Decision> = bodies.iter().enumerate().map(of).collect();
-        if self.bake {
-            self.prefer_exact_forms(bodies, &mut decisions);
+        if self.patience > 0.0 {
+            self.prefer_own_fields(bodies, &mut decisions);
         }
         decisions
     }
 
-    /// Gives the bodies that would do as ellipsoids fields of their own, if they have exact forms, small
-    /// ones, and few different: a coin and a die take a tenth of a second together.
-    fn prefer_exact_forms(&self, bodies: &[Body], decisions: &mut [Decision]) {
+    /// Gives the bodies that would do as ellipsoids fields of their own, if their forms are few and their
+    /// fields take a small part of the patience. Pieces of broken bodies stay ellipsoids: they are many.
+    fn prefer_own_fields(&self, bodies: &[Body], decisions: &mut [Decision]) {
         let mut forms: BTreeMap<String, Vec<usize>> = BTreeMap::new();
         // Copies share their surface.
-        let mut keys: BTreeMap<usize, Option<String>> = BTreeMap::new();
+        let mut keys: BTreeMap<usize, String> = BTreeMap::new();
+        let mut cost = 0.0;
         for (index, (body, decision)) in bodies.iter().zip(&*decisions).enumerate() {
             let Surface::Mesh(surface) = &*body.surface else { continue };
-            let small = body.surface.bounding_radius() * self.options.max_wavenumber <= SMALL_FORM;
-            if !(small && matches!(decision.reason, Reason::SmallAndConvex { .. })) {
+            let is_piece = body.life.parent.is_some();
+            if is_piece || !matches!(decision.reason, Reason::SmallAndConvex { .. }) {
                 continue;
             }
-            let key = keys.entry(Arc::as_ptr(&body.surface).addr()).or_insert_with(|| {
-                BakeGeometry::exact_form(&surface.mesh).map(|geometry| model_key(&geometry, &self.options))
+            let address = Arc::as_ptr(&body.surface).addr();
+            let key = keys.entry(address).or_insert_with(|| {
+                let geometry = BakeGeometry::of_mesh(&surface.mesh);
+                cost += seconds(of_field(&geometry, &self.options));
+                model_key(&geometry, &self.options)
             });
-            if let Some(key) = key {
-                forms.entry(key.clone()).or_default().push(index);
-            }
-            if forms.len() > MOST_FORMS {
+            forms.entry(key.clone()).or_default().push(index);
+            if forms.len() > MOST_FORMS || cost > OWN_SHARE * self.patience {
                 return;
             }
         }
@@ -132,39 +136,57 @@ pub(super) struct AccelerationParts {
     pub(super) remarks: Vec<String>,
 }
 
-/// Finds or bakes the fields of the bodies. Only bodies in `sounding` get fields of their own. A field that
-/// cannot be baked makes a remark, and the body radiates as the next best.
+/// What each body radiates as, and the fields that this takes.
+pub(super) struct PlannedFields {
+    decisions: Vec<Decision>,
+    pub(super) fields: Vec<SharedField>,
+}
+
+/// Plans the fields of the bodies. Only bodies in `sounding` get fields of their own.
+pub(super) fn plan(
+    bodies: &[Body],
+    (rules, settings): (&[SoundRule], &AccelerationSettings),
+    sounding: &BTreeSet<BodyId>,
+    store: SoundModelStore<'_>,
+) -> PlannedFields {
+    let decisions = settings.decide(bodies, rules, store.bank);
+    let fields = shared_fields(bodies, settings.options, &|id| {
+        sounding.contains(&id) && decisions[id.index()].kind == SourceKind::Own
+    });
+    PlannedFields { decisions, fields }
+}
+
+/// Finds or bakes the fields, those that are `drafts` as such. A field that cannot be baked makes a remark,
+/// and the body has a draft, or else the next best.
 ///
 /// # Errors
 /// [`SoundModelError::Interrupted`], when `progress` breaks.
 pub(super) fn find(
     bodies: &[Body],
-    (rules, settings): (&[SoundRule], &AccelerationSettings),
-    sounding: &BTreeSet<BodyId>,
+    settings: &AccelerationSettings,
+    (planned, drafts): (PlannedFields, &[bool]),
     store: SoundModelStore<'_>,
     progress: &mut dyn FnMut(&SoundModelProgress<'_>) -> ControlFlow<()>,
 ) -> Result<AccelerationParts, SoundModelError> {
-    let decisions = settings.decide(bodies, rules, store.bank);
-    let fields = shared_fields(bodies, settings.options, &|id| {
-        sounding.contains(&id) && decisions[id.index()].kind == SourceKind::Own
-    });
+    let PlannedFields { decisions, fields } = planned;
     let mut models: BTreeMap<BodyId, ModelEvaluator> = BTreeMap::new();
     let (mut obtained, mut remarks) = (Vec::new(), Vec::new());
-    for (index, shared) in fields.iter().enumerate() {
+    for (index, (shared, draft)) in fields.iter().zip(drafts).enumerate() {
         let body = bodies[shared.bodies[0].index()].name.as_str();
         let mut on_progress = |p: &BakeProgress| {
             let done = (index as f64 + p.done) / fields.len() as f64;
             progress(&SoundModelProgress { part: SoundPart::Acceleration, body, done, step: p.stage })
         };
         let started = Instant::now();
-        match field(&shared.request, settings.bake, store, &mut on_progress)? {
-            Found::Model { model, cached, remarks: more } => {
+        match field(&shared.request, *draft, store, &mut on_progress)? {
+            Found::Model { model, cached, remarks: more, draft_of } => {
                 obtained.push(ObtainedModel {
                     part: SoundPart::Acceleration,
                     body: shared.bodies[0],
                     bodies: shared.bodies.len(),
                     cached,
                     time: started.elapsed(),
+                    draft_of,
                 });
                 remarks.extend(more);
                 models.extend(shared.bodies.iter().map(|id| (*id, model.clone())));
@@ -188,42 +210,59 @@ enum Found {
         model: ModelEvaluator,
         cached: bool,
         remarks: Vec<String>,
+        /// Estimated CPU time \[s\] of the exact field that a draft stands for.
+        draft_of: Option<f64>,
     },
     /// And why.
     Nothing(String),
 }
 
-/// One field: from the cache, or baked if `bake`.
+/// One field, or its draft: from the cache, or baked.
 fn field(
     request: &SoundModelRequest<AccelerationBake>,
-    bake: bool,
+    draft: bool,
     store: SoundModelStore<'_>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<Found, SoundModelError> {
     let name = request.name();
     let instead = "it sounds as the ellipsoid or sphere nearest to it";
-    if !bake {
-        return Ok(match store.cache.map_or(Lookup::Missing, |cache| cache.read(request.key())) {
-            Lookup::Found(file) => playable((name, instead), &file, true, Vec::new()),
-            _ => Found::Nothing(format!("\"{name}\" has no baked field: {instead}")),
-        });
-    }
-    let Obtained { file, cached, mut remarks } = match obtain(request, store.cache, progress) {
-        Ok(obtained) => obtained,
-        Err(SoundModelError::Interrupted) => return Err(SoundModelError::Interrupted),
-        Err(error) => {
-            let why = format!("the field of \"{name}\" cannot be baked: {error}; {instead}");
-            return Ok(Found::Nothing(why));
+    let cost = request.cost(store.cache);
+    let mut remarks = Vec::new();
+    if !draft {
+        match obtain(request, store.cache, progress) {
+            Ok(Obtained { file, cached, mut remarks }) => {
+                remarks.extend(file.origin.warnings.iter().map(|warning| format!("\"{name}\": {warning}")));
+                return Ok(playable((name, instead), &file, (cached, None), remarks));
+            }
+            Err(SoundModelError::Interrupted) => return Err(SoundModelError::Interrupted),
+            Err(error) => {
+                remarks.push(format!("the field of \"{name}\" cannot be baked: {error}; it is a draft"));
+            }
         }
-    };
-    remarks.extend(file.origin.warnings.iter().map(|warning| format!("\"{name}\": {warning}")));
-    Ok(playable((name, instead), &file, cached, remarks))
+    }
+    let draft = request.with_part(request.part().draft());
+    match obtain(&draft, store.cache, progress) {
+        Ok(Obtained { file, cached, remarks: more }) => {
+            remarks.extend(more);
+            remarks.extend(file.origin.warnings.iter().map(|warning| format!("\"{name}\": {warning}")));
+            Ok(playable((name, instead), &file, (cached, Some(cost)), remarks))
+        }
+        Err(SoundModelError::Interrupted) => Err(SoundModelError::Interrupted),
+        Err(error) => {
+            Ok(Found::Nothing(format!("the field of \"{name}\" cannot be baked: {error}; {instead}")))
+        }
+    }
 }
 
 /// A field that can be evaluated, or why not.
-fn playable((name, instead): (&str, &str), file: &ModelFile, cached: bool, remarks: Vec<String>) -> Found {
+fn playable(
+    (name, instead): (&str, &str),
+    file: &ModelFile,
+    (cached, draft_of): (bool, Option<f64>),
+    remarks: Vec<String>,
+) -> Found {
     match ModelEvaluator::try_new(&file.acceleration) {
-        Ok(model) => Found::Model { model, cached, remarks },
+        Ok(model) => Found::Model { model, cached, remarks, draft_of },
         Err(error) => Found::Nothing(format!("the field of \"{name}\" cannot be played: {error}; {instead}")),
     }
 }

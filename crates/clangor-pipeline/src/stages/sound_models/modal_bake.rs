@@ -3,8 +3,13 @@
 use std::ops::ControlFlow;
 
 use clangor_bake::acceleration::BakeProgress;
+use clangor_bake::cost;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
-use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_modes, radiate};
+use clangor_bake::modal::held_body::Held;
+use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_held_modes, radiate};
+use clangor_bake::statistical::radiate_synthetic_modes;
+use clangor_core::body::support::Support;
+use clangor_core::body::{Body, Motion};
 use clangor_core::material::Material;
 use clangor_core::sound_model::files::modal_file::{ModalFile, ModalOrigin, ModalPart, round_shape};
 use clangor_core::sound_model::modal::model::ModalModel;
@@ -21,6 +26,10 @@ pub struct ModalBake {
     material: Material,
     /// Its modes, if they are known.
     known: Option<ModalModel>,
+    /// What holds it.
+    supports: Vec<Support>,
+    /// Whether it moves freely with its supports; true without any.
+    moves_freely: bool,
     /// Mesh error, accuracy and band.
     options: ModalBakeOptions,
 }
@@ -28,14 +37,30 @@ pub struct ModalBake {
 impl ModalBake {
     /// Modes of a body of this material, and their transfers.
     pub fn new(material: &Material, options: ModalBakeOptions) -> Self {
-        ModalBake { material: material.clone(), known: None, options }
+        ModalBake {
+            material: material.clone(),
+            known: None,
+            supports: Vec::new(),
+            moves_freely: true,
+            options,
+        }
+    }
+
+    /// Modes of a body of a scene or a timeline as its supports hold it, and their transfers.
+    pub fn of_body(body: &Body, options: ModalBakeOptions) -> Self {
+        let moves_freely = body.supports.is_empty() || body.motion == Motion::Free;
+        ModalBake { supports: body.supports.clone(), moves_freely, ..ModalBake::new(&body.material, options) }
+    }
+
+    fn held(&self) -> Held<'_> {
+        Held { supports: &self.supports, moves_freely: self.moves_freely }
     }
 
     /// Transfers of known modes in the frame of the solid: of those in the band.
     pub fn of_known_modes(material: &Material, mut modes: ModalModel, options: ModalBakeOptions) -> Self {
         modes.medium = options.medium;
         modes.modes.iter_mut().for_each(|mode| round_shape(&mut mode.shape));
-        ModalBake { material: material.clone(), known: Some(modes), options }
+        ModalBake { known: Some(modes), ..ModalBake::new(material, options) }
     }
 }
 
@@ -43,8 +68,16 @@ impl RequestedPart for ModalBake {
     fn key(&self, geometry: &BakeGeometry) -> String {
         match &self.known {
             Some(modes) => given_modes_key(geometry, modes, &self.options),
-            None => modal_key(geometry, &self.material, &self.options),
+            None => modal_key(geometry, self.held(), &self.material, &self.options),
         }
+    }
+
+    fn draft(&self) -> Self {
+        ModalBake { options: self.options.draft(), ..self.clone() }
+    }
+
+    fn operations(&self, geometry: &BakeGeometry) -> f64 {
+        cost::of_modes(geometry, &self.material, &self.options)
     }
 }
 
@@ -95,7 +128,7 @@ fn bake_modes(
     cache: Option<&ModelCache>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<ModalFile, ModalBakeError> {
-    let SoundModelRequest { geometry, part: ModalBake { options, .. }, key, .. } = request;
+    let SoundModelRequest { geometry, part: ModalBake { material, options, .. }, key, .. } = request;
     let kept = cache.and_then(|cache| cache.read_modes(key));
     let (mut model, mut evidence) = match kept {
         Some(ModalFile { modal, .. }) => (modal.model, evidence_of(modal.origin)),
@@ -108,6 +141,7 @@ fn bake_modes(
     let mut on_progress =
         |p: &BakeProgress| progress(&BakeProgress { done: MODES + (1.0 - MODES) * p.done, ..*p });
     radiate(geometry, &mut model, &mut evidence, options, &mut on_progress)?;
+    radiate_synthetic_modes(&mut model, request.solid.mass.volume, material);
     Ok(request.file(model, evidence))
 }
 
@@ -118,7 +152,8 @@ fn find_and_keep(
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<ModalFile, ModalBakeError> {
     let ModalBake { material, options, .. } = &request.part;
-    let (model, evidence) = find_modes(&request.geometry, material, options, progress)?;
+    let held = request.part.held();
+    let (model, evidence) = find_held_modes(&request.geometry, held, material, options, progress)?;
     let file = request.file(model, evidence);
     if let Some(cache) = cache.filter(|_| !file.modal.model.modes.is_empty()) {
         // Without a folder to keep them in, a bake that is killed begins again.

@@ -12,13 +12,14 @@ use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::medium::Medium;
 
 use super::acceleration_plan::AccelerationSettings;
+use super::patience::PATIENCE;
 use super::quality::Quality;
 
 /// How sound models are baked. Default: [`Quality::Normal`], the solver that suits the body, the band of the
 /// sound, on the CPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ModelOptions {
-    /// Errors of the parts, and whether fields that are not in the cache are baked.
+    /// Errors of the parts, or drafts of what is not in the cache.
     pub quality: Quality,
     /// One error for all parts \[-\], in place of those of `quality`: of a field relative to the loudest
     /// motion of the body, of the frequencies of modes and of their transfers. In [`ACCURACIES`].
@@ -30,6 +31,9 @@ pub struct ModelOptions {
     pub method: Method,
     /// Processor of finite differences in time. Results do not depend on it.
     pub device: WaveDevice,
+    /// CPU time \[s\], estimated, that the exact models of a scene may take together; the costlier ones are
+    /// drafts. Default: [`PATIENCE`].
+    pub patience: Option<f64>,
 }
 
 /// Errors that can be asked for \[-\].
@@ -90,7 +94,25 @@ impl ModelOptions {
             near_field: true,
             ..BakeOptions::new(max_wavenumber, accuracy)
         };
-        AccelerationSettings { options, bake: self.quality != Quality::Draft }
+        AccelerationSettings { options, patience: self.patience() }
+    }
+
+    /// CPU time \[s\], estimated, that the exact models of a scene may take: none where drafts are asked for.
+    pub fn patience(&self) -> f64 {
+        match self.quality {
+            Quality::Draft => 0.0,
+            _ => self.patience.unwrap_or(PATIENCE),
+        }
+    }
+
+    /// How one field is baked that is asked for by itself.
+    pub fn of_field(&self, exact: BakeOptions) -> BakeOptions {
+        if self.quality == Quality::Draft { exact.draft() } else { exact }
+    }
+
+    /// How modes are baked that are asked for by themselves.
+    pub fn of_modes(&self, exact: ModalBakeOptions) -> ModalBakeOptions {
+        if self.quality == Quality::Draft { exact.draft() } else { exact }
     }
 
     /// How modes are baked that radiate into `medium`, up to the end of the band \[Hz\] or of what is heard.

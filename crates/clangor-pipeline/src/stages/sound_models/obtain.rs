@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use clangor_bake::acceleration::BakeProgress;
+use clangor_bake::cost::seconds;
 
 use super::error::SoundModelError;
 use super::request::{RequestedPart, SoundModelRequest};
@@ -29,6 +30,14 @@ pub trait BakedPart: RequestedPart + Sized {
 
     /// The remark on a file that could not be kept.
     fn not_kept(name: &str, error: &CacheError) -> String;
+}
+
+impl<P: BakedPart> SoundModelRequest<P> {
+    /// Estimated CPU time \[s\] until it is there: none if it is in the cache.
+    pub fn cost(&self, cache: Option<&ModelCache>) -> f64 {
+        let there = cache.is_some_and(|cache| cache.path::<P::File>(self.key()).is_file());
+        if there { 0.0 } else { seconds(self.part().operations(self.geometry())) }
+    }
 }
 
 /// A part of a sound model, and where it came from.

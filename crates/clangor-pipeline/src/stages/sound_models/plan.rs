@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Motion};
+use clangor_core::body::{Body, BodyId};
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::rule::rules_with_pieces;
 use clangor_core::sound_model::{AccelerationRule, SoundRule};
@@ -15,7 +15,8 @@ use clangor_core::synthesis::{AccelerationPart, BodyModes, NoModes, SoundModel};
 
 use super::acceleration_plan::{self, AccelerationParts, AccelerationSettings};
 use super::error::SoundModelError;
-use super::modal_plan::{ModalParts, ModalPlan, ModalPlanSettings};
+use super::modal_plan::{ModalParts, ModalPlan, ModalPlanSettings, PreparedModes};
+use super::patience::drafts;
 use super::progress::SoundModelProgress;
 use super::report::SoundModels;
 use super::store::SoundModelStore;
@@ -29,6 +30,8 @@ pub struct SoundModelSettings {
     pub wants_acceleration: bool,
     /// Modes; `None` where they are not heard.
     pub modal: Option<ModalPlanSettings>,
+    /// CPU time \[s\], estimated, that all exact models together may take: [`patience`](super::patience).
+    pub patience: f64,
 }
 
 /// See the module.
@@ -87,6 +90,14 @@ impl SoundModelPlan {
         }
     }
 
+    /// Tells the energy that impacts give each body \[J\]: of many forms, the loudest have modes of their
+    /// own.
+    pub fn give_energies(&mut self, energies: BTreeMap<BodyId, f64>) {
+        if let Some(plan) = &mut self.modal {
+            plan.give_energies(energies);
+        }
+    }
+
     /// Bodies whose motion between impacts matters, because they may vibrate.
     pub fn followed(&self) -> BTreeSet<BodyId> {
         let mut followed = self.modal.as_ref().map(ModalPlan::may_vibrate).unwrap_or_default();
@@ -114,14 +125,27 @@ impl SoundModelPlan {
         let wanted =
             |id: &BodyId| self.settings.wants_acceleration && !self.known_acceleration.contains_key(id);
         let sounding: BTreeSet<BodyId> = struck.iter().copied().filter(wanted).collect();
-        let settings = (&rules[..], &self.settings.acceleration);
+        let (settings, patience) = (self.settings.acceleration, self.settings.patience);
+        let fields = acceleration_plan::plan(bodies, (&rules[..], &settings), &sounding, store);
+        let modes = self.prepare_modes(bodies, struck, store, progress)?;
+        // Which of both parts are drafts.
+        let mut costs: Vec<f64> = fields.fields.iter().map(|f| f.request.cost(store.cache)).collect();
+        costs.extend(modes.iter().flat_map(|modes| modes.costs(store.cache)));
+        let drafts = drafts(&costs, patience);
+        let (of_fields, of_modes) = drafts.split_at(fields.fields.len());
         let AccelerationParts { bodies: mut acceleration, mut obtained, mut remarks } =
-            acceleration_plan::find(bodies, settings, &sounding, store, progress)?;
+            acceleration_plan::find(bodies, &settings, (fields, of_fields), store, progress)?;
         for (body, source) in std::mem::take(&mut self.known_acceleration) {
             let decision = Decision { kind: SourceKind::Own, reason: Reason::Asked };
             acceleration[body.index()] = AccelerationPart { source, kind: SourceKind::Own, decision };
         }
-        let modal = self.find_modes(bodies, struck, store, progress)?;
+        let mut modal = match modes {
+            Some(modes) => modes.find(of_modes, store.cache, progress)?,
+            None => without_modes(bodies),
+        };
+        for (id, modes) in self.known_modal.into_iter().filter(|(id, _)| struck.contains(id)) {
+            modal.bodies[id.index()] = BodyModes::Own(modes);
+        }
         obtained.extend(modal.obtained);
         remarks.extend(modal.remarks);
         let model = |(acceleration, modal)| SoundModel { acceleration, modal };
@@ -132,29 +156,28 @@ impl SoundModelPlan {
         })
     }
 
-    /// The modal parts of all bodies.
-    fn find_modes(
-        self,
+    /// Who has modes; `None` where they are not heard.
+    fn prepare_modes(
+        &mut self,
         bodies: &[Body],
         struck: &BTreeSet<BodyId>,
         store: SoundModelStore<'_>,
         progress: &mut dyn FnMut(&SoundModelProgress<'_>) -> ControlFlow<()>,
-    ) -> Result<ModalParts, SoundModelError> {
-        let Some(mut plan) = self.modal else {
-            let without = |body: &Body| {
-                BodyModes::None(match body.motion {
-                    Motion::Free => NoModes::Unwanted,
-                    _ => NoModes::Unstruck,
-                })
-            };
-            return Ok(ModalParts { bodies: bodies.iter().map(without).collect(), ..ModalParts::default() });
-        };
+    ) -> Result<Option<PreparedModes>, SoundModelError> {
+        let Some(mut plan) = self.modal.take() else { return Ok(None) };
         plan.add_pieces(bodies);
         let wanting = struck.iter().filter(|id| !self.known_modal.contains_key(id)).copied().collect();
-        let mut found = plan.find(&wanting, store.cache, progress)?;
-        for (id, modes) in self.known_modal.into_iter().filter(|(id, _)| struck.contains(id)) {
-            found.bodies[id.index()] = BodyModes::Own(modes);
-        }
-        Ok(found)
+        plan.prepare(&wanting, store.cache, progress).map(Some)
     }
+}
+
+/// The modal parts where they are not heard.
+fn without_modes(bodies: &[Body]) -> ModalParts {
+    let without = |body: &Body| {
+        BodyModes::None(match body.surface.is_plane() {
+            true => NoModes::Unstruck,
+            false => NoModes::Unwanted,
+        })
+    };
+    ModalParts { bodies: bodies.iter().map(without).collect(), ..ModalParts::default() }
 }

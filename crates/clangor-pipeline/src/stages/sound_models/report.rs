@@ -19,6 +19,8 @@ pub struct ObtainedModel {
     pub cached: bool,
     /// Wall-clock time that it took.
     pub time: Duration,
+    /// Estimated CPU time \[s\] of the exact model, if this is a draft.
+    pub draft_of: Option<f64>,
 }
 
 /// How the bodies of a scene sound.
@@ -36,6 +38,11 @@ impl SoundModels {
     /// What radiates when each body is accelerated.
     pub fn sources(&self) -> Vec<SoundSource> {
         self.bodies.iter().map(|model| model.acceleration.source.clone()).collect()
+    }
+
+    /// The models that are drafts.
+    pub fn drafts(&self) -> impl Iterator<Item = &ObtainedModel> {
+        self.obtained.iter().filter(|model| model.draft_of.is_some())
     }
 
     /// The model of a body.

@@ -26,6 +26,13 @@ pub struct SoundModelRequest<P> {
 pub trait RequestedPart {
     /// Hash of the geometry and everything else that the result depends on.
     fn key(&self, geometry: &BakeGeometry) -> String;
+
+    /// Its draft.
+    #[must_use]
+    fn draft(&self) -> Self;
+
+    /// Operations that a bake takes, estimated.
+    fn operations(&self, geometry: &BakeGeometry) -> f64;
 }
 
 /// Why a body has no sound model.
@@ -56,6 +63,16 @@ impl<P: RequestedPart> SoundModelRequest<P> {
     }
 }
 
+impl<P: RequestedPart> SoundModelRequest<P> {
+    /// The same solid with the part baked in another way.
+    #[must_use]
+    pub fn with_part(&self, part: P) -> Self {
+        let SoundModelRequest { geometry, solid, .. } = self;
+        let key = part.key(geometry);
+        SoundModelRequest { geometry: geometry.clone(), solid: solid.clone(), part, key }
+    }
+}
+
 impl<P> SoundModelRequest<P> {
     /// What radiates.
     pub fn geometry(&self) -> &BakeGeometry {
@@ -65,6 +82,11 @@ impl<P> SoundModelRequest<P> {
     /// Hash of what the result depends on: bodies of the same key share it.
     pub fn key(&self) -> &str {
         &self.key
+    }
+
+    /// How it is baked.
+    pub fn part(&self) -> &P {
+        &self.part
     }
 
     /// Name of the solid.

@@ -33,45 +33,64 @@ impl ClassMatrix<'_> {
         }
     }
 
-    /// Adds the sums of a block of test functions against a group of sources.
+    /// Adds the couplings of a block of test functions with a group of sources, as [`totals`] has them.
     #[inline(always)]
-    pub(super) fn add(&mut self, image: usize, block: &Block, sources: &[Corners], sums: &[f32]) {
+    pub(super) fn add(
+        &mut self,
+        image: usize,
+        block: &Block,
+        sources: &[Corners],
+        totals: &[[Complex32; 2]],
+    ) {
         let sign = self.signs[image] as f32;
         let n = self.size;
-        // Sum over the lanes of one vertex, with the sign of the image.
-        let total = |sums: &[f32], corners: &Corners| {
-            let (mut re, mut im) = (0.0, 0.0);
-            for at in &corners.places {
-                re += sums[*at as usize];
-                im += sums[*at as usize + GROUP];
-            }
-            Complex32::new(sign * re, sign * im)
-        };
+        let height = block.vertices.len();
         // Forward couplings: row of the test vertex, column of the source vertex.
-        for corners in sources {
+        for (corners, totals) in sources.iter().zip(totals.chunks_exact(height)) {
             let column = self.unknowns[corners.vertex as usize] as usize;
             if column >= n {
                 continue;
             }
             let column = &mut self.matrix[column * n..][..n];
-            for (vertex, sums) in block.vertices.iter().zip(sums.chunks_exact(SUMS * GROUP)) {
+            for (vertex, [forward, _]) in block.vertices.iter().zip(totals) {
                 if let Some(entry) = column.get_mut(self.unknowns[*vertex as usize] as usize) {
-                    *entry += total(&sums[..SUMS / 2 * GROUP], corners);
+                    *entry += forward * sign;
                 }
             }
         }
         // Backward couplings: the reverse.
-        for (vertex, sums) in block.vertices.iter().zip(sums.chunks_exact(SUMS * GROUP)) {
+        for (place, vertex) in block.vertices.iter().enumerate() {
             let column = self.unknowns[*vertex as usize] as usize;
             if column >= n {
                 continue;
             }
             let column = &mut self.matrix[column * n..][..n];
-            for corners in sources {
+            for (corners, totals) in sources.iter().zip(totals.chunks_exact(height)) {
                 if let Some(entry) = column.get_mut(self.unknowns[corners.vertex as usize] as usize) {
-                    *entry += total(&sums[SUMS / 2 * GROUP..], corners);
+                    *entry += totals[place][1] * sign;
                 }
             }
         }
+    }
+}
+
+/// Sums over the lanes of each vertex of a group of sources, source after source: for each vertex of a block
+/// of test functions, forward and backward.
+#[inline(always)]
+pub(super) fn totals(sources: &[Corners], sums: &[f32], totals: &mut Vec<[Complex32; 2]>) {
+    totals.clear();
+    for corners in sources {
+        totals.extend(sums.chunks_exact(SUMS * GROUP).map(|sums| {
+            let mut total = [[0.0; 2]; 2];
+            for at in &corners.places {
+                let at = *at as usize;
+                for (way, total) in total.iter_mut().enumerate() {
+                    let first = way * SUMS / 2 * GROUP + at;
+                    total[0] += sums[first];
+                    total[1] += sums[first + GROUP];
+                }
+            }
+            total.map(|[re, im]| Complex32::new(re, im))
+        }));
     }
 }

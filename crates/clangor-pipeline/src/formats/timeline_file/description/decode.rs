@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 
+use clangor_core::body::support::{Support, SupportKind, SupportRegion};
 use clangor_core::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface, World};
 use clangor_core::material::{Damping, Material};
 use clangor_core::medium::Medium;
@@ -13,7 +14,8 @@ use serde::Deserialize;
 
 use super::{
     BodyFields, DampingFields, Description, FORMAT_NAME, ImpactModesFields, LifeFields, LinkFields,
-    MaterialFields, MotionFields, SpringEndFields, SurfaceFields,
+    MaterialFields, MotionFields, RegionFields, SpringEndFields, SupportFields, SupportKindFields,
+    SurfaceFields,
 };
 use crate::formats::timeline_file::error::TimelineError;
 use crate::formats::timeline_file::files::MESH_FOLDER;
@@ -216,6 +218,7 @@ impl Checks<'_> {
             motion,
             edge_radius: fields.edge_radius,
             life: self.life(index, fields.life)?,
+            supports: self.supports(index, &fields.supports)?,
         })
     }
 
@@ -260,6 +263,38 @@ impl Checks<'_> {
             return Err(self.field(&format!("bodies[{index}].life.parent"), problem));
         }
         Ok(Life { birth, death, parent })
+    }
+
+    fn supports(&self, index: usize, all: &[SupportFields]) -> Result<Vec<Support>, TimelineError> {
+        let mut supports = Vec::with_capacity(all.len());
+        for (at, fields) in all.iter().enumerate() {
+            let name = |part: &str| format!("bodies[{index}].supports[{at}].{part}");
+            let region = match fields.region {
+                RegionFields::Ball { centre, radius } => {
+                    self.positive(&name("region.ball.radius"), radius)?;
+                    SupportRegion::Ball { centre: centre.into(), radius }
+                }
+                RegionFields::Box { low, high } => {
+                    for (low, high) in low.into_iter().zip(high) {
+                        self.positive(&name("region.box.high less low"), high - low)?;
+                    }
+                    SupportRegion::Box { low: low.into(), high: high.into() }
+                }
+            };
+            let kind = match fields.kind {
+                SupportKindFields::Clamped => SupportKind::Clamped,
+                SupportKindFields::Sprung { stiffness, damping } => {
+                    for (part, numbers) in [("stiffness", stiffness), ("damping", damping)] {
+                        for number in numbers {
+                            self.not_negative(&name(part), number)?;
+                        }
+                    }
+                    SupportKind::Sprung { stiffness: stiffness.into(), damping: damping.into() }
+                }
+            };
+            supports.push(Support { region, kind });
+        }
+        Ok(supports)
     }
 
     fn body_id(&self, name: &str, body: u32) -> Result<BodyId, TimelineError> {

@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use clangor_core::body::support::{Support, SupportKind, SupportRegion};
 use clangor_core::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface};
 use clangor_core::material::Damping;
 use clangor_core::pose::Keyframe;
 
 use super::{
     BodyFields, DampingFields, Description, Extended, FORMAT_NAME, ImpactModesFields, KeyFields, LifeFields,
-    LinkFields, MaterialFields, MediumFields, MotionFields, OriginFields, SpringEndFields, SurfaceFields,
-    TableFields, Units,
+    LinkFields, MaterialFields, MediumFields, MotionFields, OriginFields, RegionFields, SpringEndFields,
+    SupportFields, SupportKindFields, SurfaceFields, TableFields, Units,
 };
 use crate::formats::timeline_file::header::{FORMAT_VERSION, TimelineHeader};
 use crate::formats::timeline_file::{hash, surface_file};
@@ -155,6 +156,26 @@ fn body_fields(body: &Body, surface: SurfaceFields) -> BodyFields {
             death: body.life.death.into(),
             parent: body.life.parent.map(|id| id.0),
         }),
+        supports: body.supports.iter().map(support_fields).collect(),
+    }
+}
+
+fn support_fields(support: &Support) -> SupportFields {
+    SupportFields {
+        region: match support.region {
+            SupportRegion::Ball { centre, radius } => {
+                RegionFields::Ball { centre: centre.to_array(), radius }
+            }
+            SupportRegion::Box { low, high } => {
+                RegionFields::Box { low: low.to_array(), high: high.to_array() }
+            }
+        },
+        kind: match support.kind {
+            SupportKind::Clamped => SupportKindFields::Clamped,
+            SupportKind::Sprung { stiffness, damping } => {
+                SupportKindFields::Sprung { stiffness: stiffness.to_array(), damping: damping.to_array() }
+            }
+        },
     }
 }
 

@@ -1,0 +1,48 @@
+//! Operations that a field takes, by each solver: the basis of the choice between them. They are counted from
+//! the geometry; no clock is read.
+//!
+//! An operation is 1e-10 s of CPU time on the machine of the measurements:
+//!
+//! ```text
+//! frequencies   F = κ/Δκ + 12
+//! triangles     F ( Σ_classes 0.43 n³ + 1500 g n² )     n unknowns of a class, g images
+//! patches       F 6 ( 4 n³ + 300 n² )
+//! meridian      F 3400 n²
+//! time domain   6 · 12.5 cells · steps
+//! ```
+//!
+//! An estimate is good to a factor of two or three: the number of frequencies depends on the resonances of
+//! the body.
+
+/// Operations that no field takes without being asked for by its method: some ten minutes of two cores.
+pub(super) const MOST_OPERATIONS: f64 = 1.2e13;
+
+/// Frequencies beyond those of the spacing: near zero, and for tests.
+const MORE_FREQUENCIES: f64 = 12.0;
+
+/// Expected number of frequencies up to κ, for a spacing Δκ of the first solves.
+fn frequencies(kappa: f64, spacing: f64) -> f64 {
+    kappa / spacing + MORE_FREQUENCIES
+}
+
+/// Triangles with `unknowns` in each of `classes` systems and `images` mirror images.
+pub(super) fn triangles(unknowns: usize, [classes, images]: [usize; 2], kappa: f64, spacing: f64) -> f64 {
+    let n = unknowns as f64;
+    frequencies(kappa, spacing) * (0.43 * classes as f64 * n.powi(3) + 1500.0 * images as f64 * n * n)
+}
+
+/// Curved patches with `unknowns` on an octant.
+pub(super) fn patches(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
+    let n = unknowns as f64;
+    frequencies(kappa, spacing) * 6.0 * (4.0 * n.powi(3) + 300.0 * n * n)
+}
+
+/// A meridian with `unknowns` at the highest frequency.
+pub(super) fn meridian(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
+    frequencies(kappa, spacing) * 3400.0 * (unknowns as f64).powi(2)
+}
+
+/// Six motions on a grid.
+pub(super) fn time_domain(cells: f64, steps: f64) -> f64 {
+    6.0 * 12.5 * cells * steps
+}

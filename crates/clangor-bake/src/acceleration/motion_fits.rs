@@ -1,0 +1,152 @@
+//! Rational fits of each motion by itself, and samples of all from them between the frequencies solved.
+//!
+//! A motion excites some of the resonances of the air in and around a body: one along the axis of a mug those
+//! without a node around it, one across those with one. A fit of all motions together needs as many nodes as
+//! there are resonances in all; fits of one motion each need as many as that motion excites, about half. They
+//! share the frequencies solved, so that these may be fewer by as much.
+//!
+//! ```text
+//! p_d(s) = N_d(s)/D_d(s),    D_d(s) = Σ_j [ w_dj/(s − s_j) + conj(w_dj)/(s − conj s_j) ]
+//! ```
+//!
+//! Multipoles and surface pressures have the same denominators as the fitted functions. A model has one set
+//! of nodes for all motions: it is fitted to samples that these fits make, as many as that takes.
+
+use clangor_core::sound_model::acceleration::field::{Node, RIGID_DOFS};
+use num_complex::Complex64;
+
+use crate::fitting::rational::{FunctionSample, NestedFits, RationalFit, error_at, fit_nested, predict};
+use crate::radiation::RadiationSample;
+
+/// Samples made for each node of the densest motion.
+const PER_NODE: usize = 5;
+
+/// The fit of each motion, and the functions that it was fitted to.
+pub(super) struct MotionFits {
+    functions: Vec<Vec<FunctionSample>>,
+    fits: Vec<NestedFits>,
+}
+
+impl MotionFits {
+    /// Fits each motion with the fewest nodes that reach `tolerance`.
+    pub(super) fn new(functions: &[FunctionSample], tolerance: f64) -> Self {
+        let functions: Vec<Vec<FunctionSample>> =
+            (0..RIGID_DOFS).map(|d| functions.iter().map(|f| of_motion(f, d)).collect()).collect();
+        let fits = functions.iter().map(|own| fit_nested(own, tolerance, own.len())).collect();
+        MotionFits { functions, fits }
+    }
+
+    /// The largest error of any motion at a sample that was not fitted.
+    pub(super) fn error_at(&self, at: &FunctionSample) -> f64 {
+        let of_motion = |d: usize| {
+            let fit = &self.fits[d].best;
+            error_at(&self.functions[d], &fit.support, &fit.nodes, &of_motion(at, d))
+        };
+        (0..RIGID_DOFS).map(of_motion).fold(0.0, f64::max)
+    }
+
+    /// The largest difference of the fit of any motion at `s` from the best with fewer nodes.
+    pub(super) fn doubt(&self, s: Complex64) -> f64 {
+        (0..RIGID_DOFS).map(|d| doubt(&self.functions[d], &self.fits[d], s)).fold(0.0, f64::max)
+    }
+
+    /// Multipoles at evenly spaced κ, from the solved `samples` that were fitted, in their order, on a body
+    /// of this radius \[m\]; those solved come first.
+    pub(super) fn resampled(&self, samples: &[RadiationSample], radius: f64) -> Vec<RadiationSample> {
+        let nodes = self.fits.iter().map(|fit| fit.best.nodes.len()).max().unwrap_or(0);
+        let kappas: Vec<f64> = samples.iter().map(|s| s.wavenumber.re * radius).collect();
+        let highest = kappas.iter().copied().fold(0.0, f64::max);
+        let step = highest / (PER_NODE * nodes.max(1)) as f64;
+        let mut all = samples.to_vec();
+        for i in 0..PER_NODE * nodes {
+            let kappa = (i as f64 + 0.5) * step;
+            let distance = |n: &usize| (kappas[*n] - kappa).abs();
+            let nearest = (0..kappas.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            // Next to a sample there is nothing new.
+            let Some(nearest) = nearest.filter(|n| distance(n) > 0.2 * step) else { continue };
+            // As far off the real axis as the nearest solution.
+            let wavenumber = Complex64::new(kappa / radius, samples[nearest].wavenumber.im);
+            let coefficients = std::array::from_fn(|d| {
+                let shares = self.shares(d, Complex64::I * wavenumber * radius);
+                let count = samples[nearest].coefficients[d].len();
+                (0..count).map(|c| shares.sum(|i| samples[i].coefficients[d][c])).collect()
+            });
+            all.push(RadiationSample { wavenumber, coefficients, surface_pressure: Vec::new() });
+        }
+        all
+    }
+
+    /// Adds the surface pressures to a sample that lacks them.
+    ///
+    /// The surface answers after delays of 0 to 2R/c; those of the fitted functions are −R/c to R/c.
+    pub(super) fn add_surface(&self, sample: &mut RadiationSample, solved: &[RadiationSample], radius: f64) {
+        let points = solved.first().map_or(0, |sample| sample.surface_pressure.len());
+        if sample.surface_pressure.len() == points {
+            return;
+        }
+        let place = |wavenumber: Complex64| Complex64::I * wavenumber * radius;
+        let s = place(sample.wavenumber);
+        let advances: Vec<Complex64> = solved.iter().map(|at| (place(at.wavenumber) - s).exp()).collect();
+        let mirrored: Vec<Complex64> =
+            solved.iter().map(|at| (place(at.wavenumber).conj() - s).exp()).collect();
+        let shares: [Shares; RIGID_DOFS] = std::array::from_fn(|d| {
+            let mut shares = self.shares(d, s);
+            for (i, [own, conjugate]) in &mut shares.0 {
+                *own *= advances[*i];
+                *conjugate *= mirrored[*i];
+            }
+            shares
+        });
+        let at = |v: usize| std::array::from_fn(|d| shares[d].sum(|i| solved[i].surface_pressure[v][d]));
+        sample.surface_pressure = (0..points).map(at).collect();
+    }
+
+    /// Shares of the samples in the fit of a motion at `s`.
+    fn shares(&self, motion: usize, s: Complex64) -> Shares {
+        let RationalFit { support, nodes, .. } = &self.fits[motion].best;
+        let parts = |node: &Node| [node.weight / (s - node.s), node.weight.conj() / (s - node.s.conj())];
+        let mut shares: Vec<(usize, [Complex64; 2])> =
+            support.iter().copied().zip(nodes.iter().map(parts)).collect();
+        let below: Complex64 = shares.iter().flat_map(|(_, share)| share).sum();
+        shares.iter_mut().flat_map(|(_, share)| share).for_each(|share| *share /= below);
+        Shares(shares)
+    }
+}
+
+/// Shares of samples in a value between them: of each sample's value, and of its conjugate.
+struct Shares(Vec<(usize, [Complex64; 2])>);
+
+impl Shares {
+    fn sum(&self, value: impl Fn(usize) -> Complex64) -> Complex64 {
+        let part = |(i, [own, mirrored]): &(usize, [Complex64; 2])| {
+            let value = value(*i);
+            own * value + mirrored * value.conj()
+        };
+        self.0.iter().map(part).sum()
+    }
+}
+
+/// Difference at `s` of a fit from the best with fewer nodes.
+pub(super) fn doubt(functions: &[FunctionSample], fits: &NestedFits, s: Complex64) -> f64 {
+    let NestedFits { best, fewer } = fits;
+    let values = predict(functions, &best.support, &best.nodes, s);
+    let near = functions
+        .iter()
+        .min_by(|a, b| (a.s - s).norm().total_cmp(&(b.s - s).norm()))
+        .map_or_else(Vec::new, |f| f.weights.clone());
+    let at = FunctionSample { s, values, weights: near, group: functions[0].group };
+    error_at(functions, &fewer.support, &fewer.nodes, &at)
+}
+
+/// The functions of one motion: of each sphere its share.
+fn of_motion(functions: &FunctionSample, motion: usize) -> FunctionSample {
+    let group = functions.group;
+    let own = |k: &usize| k / group % RIGID_DOFS == motion;
+    let chosen: Vec<usize> = (0..functions.values.len()).filter(own).collect();
+    FunctionSample {
+        s: functions.s,
+        values: chosen.iter().map(|k| functions.values[*k]).collect(),
+        weights: chosen.iter().map(|k| functions.weights[*k]).collect(),
+        group,
+    }
+}

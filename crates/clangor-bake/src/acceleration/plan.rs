@@ -1,0 +1,391 @@
+//! Which solvers can take a body, the most accurate first, and the band up to which one of them can.
+//!
+//! | class | solvers |
+//! |---|---|
+//! | ellipsoids, rounded boxes | curved patches, triangles, time domain |
+//! | axisymmetric | meridian, triangles, time domain |
+//! | other surfaces | triangles, time domain, triangles longer than the walls, cells larger than the walls |
+//!
+//! A solver can take a body if its unknowns or cells fit in memory and, unless the caller named the method,
+//! if its [operations](super::cost) are at most [`MOST_OPERATIONS`]. If none can, the band is narrowed until
+//! one can: a limit costs the highest frequencies, and a warning says which.
+
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::medium::Medium;
+use clangor_core::shape::{Form, Shape};
+use glam::DVec3;
+
+use super::cavities::has_cavities;
+use super::cost::{self, MOST_OPERATIONS};
+use super::{BakeError, BakeOptions, MOST_ORDER, Method, multipole_order};
+use crate::bem::axisymmetric::{self, AxisymmetricOptions, AxisymmetricSolver};
+use crate::bem::symmetric_patches::{self, SymmetricPatchSolver};
+use crate::bem::triangles::MOST_UNKNOWNS;
+use crate::fdtd::{self, WaveSolver};
+use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
+use crate::geometry_class::solver_choice::{BoundaryChoice, rounded_box_hull};
+use crate::mesh::remesh::resolution::{Resolution, resolution};
+use crate::radiation::RadiationSolver;
+
+/// Spacing in κ of the first solves for bodies without cavities.
+pub(super) const SOLID_SPACING: f64 = 0.8;
+/// The same for bodies with cavities, whose resonances put poles near the real axis.
+pub(super) const CAVITY_SPACING: f64 = 0.45;
+/// Spacing in κ of all solves of a body with cavities.
+const CAVITY_DENSITY: f64 = 0.35;
+/// Largest and smallest step of the band when it is narrowed, and most steps.
+const NARROWER: [f64; 2] = [1.1, 2.0];
+const MOST_STEPS: usize = 24;
+/// Longest time simulated after the pulse, in R/c, without and with cavities.
+const LONGEST: [f64; 2] = [12.0, 30.0];
+/// Share of the error left to the discretisation of exact shapes.
+const FINE: f64 = 0.3;
+/// κ whose waves the triangles of an axisymmetric body resolve, at most.
+const FINEST: f64 = 30.0;
+/// Triangles that are `MOST_UNKNOWNS` by estimate may be a quarter more.
+const ESTIMATE: f64 = 1.25;
+
+/// A solver with its resolution.
+#[derive(Clone, Debug)]
+pub(super) enum Candidate {
+    /// Curved patches on an octant.
+    Patches,
+    /// The meridian.
+    Meridian,
+    /// Triangles.
+    Triangles(Resolution),
+    /// Finite differences in time.
+    TimeDomain {
+        /// Edge of a cell \[m\].
+        spacing: f64,
+        /// Thickness of the walls \[m\].
+        wall: f64,
+    },
+}
+
+/// What a solver takes.
+#[derive(Clone, Copy, Debug)]
+struct Need {
+    operations: f64,
+    /// Unknowns or cells over the most that fit.
+    fill: f64,
+    /// Power of the wavenumber with which they grow.
+    growth: i32,
+}
+
+/// The solvers that can take a body in a band.
+pub(super) struct FieldPlan<'a> {
+    /// The highest wavenumber that they reach [1/m].
+    pub(super) max_wavenumber: f64,
+    /// The most accurate first, each with its operations; at least one.
+    pub(super) candidates: Vec<(Candidate, f64)>,
+    /// The body as triangles, where a candidate needs it.
+    pub(super) surface: Option<Cow<'a, TriMesh>>,
+    /// Spacing in κ of the first solves.
+    pub(super) spacing: f64,
+    /// Warnings for the user.
+    pub(super) warnings: Vec<String>,
+}
+
+/// Operations that [`bake`](super::bake) takes for a body, within a factor of three; each is 1e-10 s of CPU
+/// time on the machine of the measurements.
+///
+/// # Errors
+/// As [`bake`](super::bake), for a body that no solver can take.
+pub fn estimated_operations(geometry: &BakeGeometry, options: &BakeOptions) -> Result<f64, BakeError> {
+    Ok(FieldPlan::new(geometry, options)?.candidates.first().map_or(0.0, |(_, operations)| *operations))
+}
+
+impl<'a> FieldPlan<'a> {
+    /// # Errors
+    /// [`BakeError`] of a surface that encloses no solid, or of a body that no band is low enough for.
+    pub(super) fn new(geometry: &'a BakeGeometry, options: &BakeOptions) -> Result<Self, BakeError> {
+        let radius = geometry.bounding_radius();
+        let choice = geometry.boundary_choice();
+        let named = options.method != Method::Auto;
+        // Multipoles that a model can hold.
+        let asked = options.max_wavenumber;
+        let mut k = asked;
+        while multipole_order(k * radius, options.accuracy) > MOST_ORDER {
+            k = (k / NARROWER[0]).min((MOST_ORDER as f64 - 6.0) / radius);
+        }
+        let mut body = Body {
+            geometry,
+            choice,
+            options: *options,
+            surface: None,
+            cavities: None,
+            fineness: None,
+            planes: None,
+        };
+        for _ in 0..MOST_STEPS {
+            // The solvers that can take this band.
+            let (mut able, mut excess) = (Vec::new(), f64::INFINITY);
+            for kind in body.kinds() {
+                let Some((candidate, need)) = body.candidate(kind, k)? else { continue };
+                let Need { operations, fill, growth } = need;
+                let work = if named { 0.0 } else { (operations / MOST_OPERATIONS).cbrt() };
+                let over = work.max(fill.powf(f64::from(growth).recip()));
+                excess = excess.min(over);
+                if over <= 1.0 {
+                    able.push((candidate, operations));
+                    // A surface may resist its remeshing: then another solver serves.
+                    if able.len() == 2 || !matches!(kind, Kind::Triangles | Kind::LongTriangles) {
+                        break;
+                    }
+                }
+            }
+            if !able.is_empty() {
+                let spacing = body.spacing()?;
+                let warnings = if k < asked { vec![narrowed(k, asked)] } else { Vec::new() };
+                return Ok(Self {
+                    max_wavenumber: k,
+                    candidates: able,
+                    surface: body.surface,
+                    spacing,
+                    warnings,
+                });
+            }
+            k /= excess.clamp(NARROWER[0], NARROWER[1]);
+        }
+        Err(BakeError::NoBand { radius, wavenumber: k })
+    }
+}
+
+/// Says which part of the band is missing.
+fn narrowed(k: f64, asked: f64) -> String {
+    let kilohertz = |k: f64| k * Medium::AIR.sound_speed / TAU / 1e3;
+    format!(
+        "it clicks exactly up to {:.1} kHz in air and not at all above: its field up to {:.1} kHz is more \
+         work than is done unasked, or does not fit in memory; a coarser --accuracy takes it further, and so \
+         may --method bem or --method fdtd, at any length of time",
+        kilohertz(k),
+        kilohertz(asked)
+    )
+}
+
+/// Kinds of candidates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Exact,
+    Triangles,
+    TimeDomain,
+    LongTriangles,
+    LargeCells,
+}
+
+/// What is known about a body, as far as a candidate needed it.
+struct Body<'a> {
+    geometry: &'a BakeGeometry,
+    choice: BoundaryChoice<'a>,
+    options: BakeOptions,
+    surface: Option<Cow<'a, TriMesh>>,
+    cavities: Option<bool>,
+    /// At the wavenumber asked about last.
+    fineness: Option<(f64, Resolution)>,
+    /// Mirror planes at the wavenumber asked about last.
+    planes: Option<(f64, usize)>,
+}
+
+impl<'a> Body<'a> {
+    /// The kinds of solvers for the class and the method, the most accurate first.
+    fn kinds(&self) -> Vec<Kind> {
+        let exact = !matches!(self.choice, BoundaryChoice::Triangles(_));
+        let boundary = [Kind::Triangles, Kind::LongTriangles];
+        let time = [Kind::TimeDomain, Kind::LargeCells];
+        let kinds = [Kind::Exact, boundary[0], time[0], boundary[1], time[1]];
+        let wanted = |kind: &Kind| match kind {
+            Kind::Exact => exact && self.options.method != Method::Fdtd,
+            kind if boundary.contains(kind) => self.options.method != Method::Fdtd,
+            _ => self.options.method != Method::Bem,
+        };
+        kinds.into_iter().filter(wanted).collect()
+    }
+
+    /// The resolution that triangles need, and their number of mirror planes.
+    fn fineness(&mut self, k: f64) -> Result<(Resolution, usize, f64), BakeError> {
+        if self.surface.is_none() {
+            self.surface = Some(surface_of(&self.choice, &self.options)?);
+        }
+        let surface: &TriMesh = self.surface.get_or_insert_default();
+        let accuracy = self.options.accuracy;
+        let fineness = match self.fineness {
+            Some((at, known)) if at == k => known,
+            _ => resolution(surface, k, accuracy)?,
+        };
+        self.fineness = Some((k, fineness));
+        let area = surface.area();
+        let planes = match self.planes {
+            Some((at, known)) if at == k => known,
+            _ => mirrors(self.geometry, &fineness, accuracy, k).len(),
+        };
+        self.planes = Some((k, planes));
+        Ok((fineness, planes, area))
+    }
+
+    /// Spacing in κ of the first solves.
+    fn spacing(&mut self) -> Result<f64, BakeError> {
+        Ok(if self.cavities()? { CAVITY_SPACING } else { SOLID_SPACING })
+    }
+
+    /// Whether the body has cavities. Exact forms are taken as solid: boundary elements on them cost little.
+    fn cavities(&mut self) -> Result<bool, BakeError> {
+        if let Some(known) = self.cavities {
+            return Ok(known);
+        }
+        let found = match &self.choice {
+            BoundaryChoice::Triangles(mesh) => has_cavities(mesh, &MassProperties::of(mesh)?),
+            _ => false,
+        };
+        self.cavities = Some(found);
+        Ok(found)
+    }
+
+    /// A solver for a band, and what it takes; `None` where it makes no difference to an earlier one.
+    fn candidate(&mut self, kind: Kind, k: f64) -> Result<Option<(Candidate, Need)>, BakeError> {
+        let radius = self.geometry.bounding_radius();
+        let kappa = k * radius;
+        let density = if self.cavities()? { CAVITY_DENSITY } else { SOLID_SPACING };
+        if kind == Kind::Exact {
+            return Ok(exact(&self.choice, self.options.accuracy, k, kappa));
+        }
+        let longest = LONGEST[usize::from(self.cavities()?)];
+        let (fineness, planes, area) = self.fineness(k)?;
+        // Triangles as long as the waves allow, whatever the walls are.
+        let long = fineness.with_long_edges(area);
+        let wave = TAU / k;
+        let coarse = (wave / 10.0).min(radius / 8.0);
+        Ok(match kind {
+            Kind::Exact => None,
+            Kind::LongTriangles if 4 * long.unknowns > 3 * fineness.unknowns => None,
+            Kind::Triangles | Kind::LongTriangles => {
+                let used = if kind == Kind::Triangles { fineness } else { long };
+                let unknowns = used.unknowns >> planes;
+                let systems = [[1, 2, 4, 6][planes.min(3)], 1 << planes];
+                let need = Need {
+                    operations: cost::triangles(unknowns, systems, kappa, density),
+                    fill: unknowns as f64 / (ESTIMATE * MOST_UNKNOWNS as f64),
+                    growth: 2,
+                };
+                Some((Candidate::Triangles(used), need))
+            }
+            Kind::LargeCells if coarse < 0.75 * fineness.wall => None,
+            Kind::TimeDomain | Kind::LargeCells => {
+                // Two cells across a wall; at least ten on the shortest wave, eight on the radius.
+                let fine = coarse.min(0.5 * fineness.wall);
+                let spacing = if kind == Kind::TimeDomain { fine } else { coarse };
+                let [cells, steps] = WaveSolver::extent(radius, spacing, longest);
+                let operations = cost::time_domain(cells, steps);
+                let need = Need { operations, fill: cells / fdtd::MOST_CELLS as f64, growth: 3 };
+                Some((Candidate::TimeDomain { spacing, wall: fineness.wall }, need))
+            }
+        })
+    }
+}
+
+/// Normals of the mirror planes to within an accuracy, in a phase and in a wall.
+pub(super) fn mirrors(geometry: &BakeGeometry, fineness: &Resolution, accuracy: f64, k: f64) -> Vec<DVec3> {
+    let tolerance = accuracy * fineness.wall;
+    geometry.mirror_normals_in_mean(tolerance, tolerance.min(2.0 * accuracy / k))
+}
+
+/// The solver of an exact form.
+fn exact(choice: &BoundaryChoice<'_>, accuracy: f64, k: f64, kappa: f64) -> Option<(Candidate, Need)> {
+    let fine = FINE * accuracy;
+    let of_patches = |unknowns: usize| {
+        let operations = cost::patches(unknowns, kappa, SOLID_SPACING);
+        let fill = unknowns as f64 / symmetric_patches::MOST_UNKNOWNS as f64;
+        (Candidate::Patches, Need { operations, fill, growth: 2 })
+    };
+    match choice {
+        BoundaryChoice::Ellipsoid(semi_axes) => {
+            Some(of_patches(SymmetricPatchSolver::ellipsoid_unknowns(*semi_axes, k, fine)))
+        }
+        BoundaryChoice::RoundedBox(edges, round) => {
+            Some(of_patches(SymmetricPatchSolver::rounded_box_unknowns(*edges, *round, k, fine)))
+        }
+        BoundaryChoice::Meridian(Axisymmetry { meridian, axis }) => {
+            let settings = AxisymmetricOptions::new(k);
+            let unknowns = AxisymmetricSolver::new(meridian, *axis, settings).unknowns();
+            let operations = cost::meridian(unknowns, kappa, SOLID_SPACING);
+            let fill = unknowns as f64 / axisymmetric::MOST_UNKNOWNS as f64;
+            Some((Candidate::Meridian, Need { operations, fill, growth: 1 }))
+        }
+        BoundaryChoice::Triangles(_) => None,
+    }
+}
+
+/// An exact shape as triangles.
+pub(super) fn surface_of<'a>(
+    choice: &BoundaryChoice<'a>,
+    options: &BakeOptions,
+) -> Result<Cow<'a, TriMesh>, BakeError> {
+    Ok(match choice {
+        BoundaryChoice::Ellipsoid(semi_axes) => {
+            let form = Form::Ellipsoid { semi_axes: *semi_axes };
+            Cow::Owned(Shape::try_new(form, Some(semi_axes.max_element() / 40.0))?.mesh())
+        }
+        BoundaryChoice::RoundedBox(edges, round) => Cow::Owned(rounded_box_hull(*edges, *round)?),
+        BoundaryChoice::Meridian(Axisymmetry { meridian, axis }) => {
+            let k = options.max_wavenumber.min(FINEST / meridian.bounding_radius());
+            let settings = AxisymmetricOptions::new(k);
+            let solver = AxisymmetricSolver::new(meridian, *axis, settings).with_surface(24.0);
+            Cow::Owned(solver.surface().cloned().unwrap_or_default())
+        }
+        BoundaryChoice::Triangles(mesh) => Cow::Borrowed(*mesh),
+    })
+}
+
+/// Longest time simulated after the pulse, in R/c.
+pub(super) fn longest(spacing: f64) -> f64 {
+    LONGEST[usize::from(spacing == CAVITY_SPACING)]
+}
+
+/// Discretisation error of exact forms.
+pub(super) fn fine(accuracy: f64) -> f64 {
+    FINE * accuracy
+}
+
+/// Warning about walls that cells do not resolve.
+pub(super) fn large_cells(spacing: f64, wall: f64) -> Option<String> {
+    (spacing > 0.75 * wall).then(|| {
+        format!(
+            "walls of {wall:.2e} m are thinner than the cells of {spacing:.2e} m: their motions may be off \
+             by several per cent, and their thickness by up to a cell"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan_of(geometry: &BakeGeometry, frequency: f64) -> (Vec<Candidate>, f64, f64) {
+        let options = BakeOptions::new(TAU * frequency / 343.0, 0.01);
+        let plan = FieldPlan::new(geometry, &options).expect("a plan");
+        assert_eq!(plan.warnings.is_empty(), plan.max_wavenumber == options.max_wavenumber);
+        let said = "it clicks exactly up to ";
+        assert!(plan.warnings.iter().all(|warning| warning.starts_with(said)), "{:?}", plan.warnings);
+        let operations = plan.candidates[0].1;
+        (plan.candidates.into_iter().map(|c| c.0).collect(), plan.max_wavenumber, operations)
+    }
+
+    #[test]
+    fn a_block_too_large_for_patches_has_triangles_and_a_door_a_narrower_band() {
+        let block = |x, y, z| BakeGeometry::RoundedBox { edges: DVec3::new(x, y, z), round: 0.0 };
+        let (small, _, cheap) = plan_of(&block(0.04, 0.03, 0.02), 20e3);
+        assert!(matches!(small[0], Candidate::Patches));
+        let (large, k, dear) = plan_of(&block(0.12, 0.3, 0.12), 20e3);
+        assert!(matches!(large[0], Candidate::Triangles(_)) && k == TAU * 20e3 / 343.0, "{large:?}");
+        assert!(dear > 10.0 * cheap && dear <= MOST_OPERATIONS, "{dear:e} {cheap:e}");
+        let (_, k, operations) = plan_of(&block(2.0, 0.8, 0.04), 20e3);
+        assert!(k < TAU * 10e3 / 343.0 && k > TAU * 1e3 / 343.0 && operations <= MOST_OPERATIONS, "{k}");
+        // No body is too large for some band.
+        let (_, k, _) = plan_of(&block(40.0, 30.0, 0.01), 20e3);
+        assert!(k > 0.0);
+    }
+}

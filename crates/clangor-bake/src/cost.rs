@@ -1,0 +1,233 @@
+//! Estimated work of a bake, before anything is meshed or solved.
+//!
+//! An operation is what a core of the machine of the measurements does [`PER_SECOND`] times in a second of
+//! CPU time, so that seconds are the same everywhere, whatever else runs and however fast a machine is:
+//!
+//! ```text
+//! meridian    3400 N² F
+//! triangles   (500 N²/2^p + 0.43 Σ n³) F          p mirror planes, n unknowns of each parity class
+//! patches     (300 N² + 4 N³) 6 F
+//! time        12.5 cells × steps × 6 motions
+//! modes       500 u² (1 + M/100) of cells, 5 u² (1 + M/100) of tetrahedra, 5e8 M of a section
+//! transfers   those of the boundary elements, for as many wavenumbers as the modes need
+//! draft       [`DRAFT`] for each part
+//! ```
+//!
+//! N unknowns, F frequencies, u elastic unknowns, M modes by their density. Measured: a bowl (meridian, N
+//! 432, F 47) 3.0 s of CPU time, a plate (N 384, F 66) 2.5 s. Estimates are meant to tell seconds from
+//! minutes. Not a promise: walls and creases can make a bake several times longer.
+
+use std::f64::consts::TAU;
+
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::material::Material;
+
+use crate::acceleration::{BakeOptions, Method, has_cavities};
+use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
+use crate::effort::Effort;
+use crate::fem::ElasticConstants;
+use crate::fem::finite_cells::expected;
+use crate::geometry_class::bake_geometry::BakeGeometry;
+use crate::modal::ModalBakeOptions;
+use crate::modal_analysis::modal_density::modes_below;
+use crate::modal_analysis::shortest_wave;
+
+/// Operations in a second of CPU time.
+pub const PER_SECOND: f64 = 1e10;
+/// Operations of a part of a draft.
+pub const DRAFT: f64 = 2e10;
+
+/// Edges on the shortest wave, and unknowns for each square of an edge, of boundary elements on triangles.
+const EDGES_PER_WAVE: f64 = 6.0;
+const UNKNOWNS_PER_SQUARE: f64 = 1.15;
+/// Most unknowns for walls and edges, in those for the wave.
+const MOST_FOR_WALLS: f64 = 3.0;
+/// Unknowns of patches at kR = 1, and for each more.
+const PATCH_UNKNOWNS: [f64; 2] = [100.0, 4.0];
+/// Triangles of a surface whose mirror planes are looked for.
+const MOST_TRIANGLES: usize = 20_000;
+/// Ratio of the mean wall to the longest extent below which a body is thin.
+const THIN: f64 = 0.1;
+/// Longest cell in shortest waves and in walls.
+const CELL: [f64; 2] = [0.5, 30.0];
+/// Tetrahedra on the shortest wave, and across a wall.
+const TETRAHEDRA: [f64; 2] = [5.0, 1.5];
+/// Nodes of tetrahedra for each cube of their edge.
+const NODES_PER_CUBE: f64 = 16.0;
+
+/// Operations of [`bake`](crate::acceleration::bake()).
+pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
+    if options.effort == Effort::Draft {
+        return DRAFT;
+    }
+    let kappa = options.max_wavenumber * geometry.bounding_radius();
+    let solid = frequencies(kappa, 0.8);
+    match geometry {
+        BakeGeometry::Axisymmetric { meridian, axis } if options.method != Method::Fdtd => {
+            let settings = AxisymmetricOptions::new(options.max_wavenumber);
+            let unknowns = AxisymmetricSolver::new(meridian, *axis, settings).unknowns() as f64;
+            3400.0 * unknowns * unknowns * solid
+        }
+        BakeGeometry::Ellipsoid { .. } | BakeGeometry::RoundedBox { .. }
+            if options.method != Method::Fdtd =>
+        {
+            let sharper = (1e-2 / options.accuracy).max(1.0).powf(0.25);
+            let unknowns = (PATCH_UNKNOWNS[0] + PATCH_UNKNOWNS[1] * kappa * kappa) * sharper;
+            6.0 * (300.0 * unknowns.powi(2) + 4.0 * unknowns.powi(3)) * solid
+        }
+        BakeGeometry::Mesh(mesh) => {
+            let cavities = MassProperties::of(mesh).is_ok_and(|mass| has_cavities(mesh, &mass));
+            let solves = if cavities { 2.0 * frequencies(kappa, 0.45) } else { solid };
+            triangles(geometry, options, solves)
+        }
+        _ => triangles(geometry, options, solid),
+    }
+}
+
+/// Frequencies that a band takes.
+fn frequencies(kappa: f64, spacing: f64) -> f64 {
+    1.1 * kappa / spacing + 6.0
+}
+
+/// Boundary elements on triangles, or steps in time where these are asked for.
+fn triangles(geometry: &BakeGeometry, options: &BakeOptions, solves: f64) -> f64 {
+    let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
+    let system = unknowns / parts;
+    if options.method == Method::Fdtd {
+        return time_steps(geometry, options.max_wavenumber);
+    }
+    (500.0 * unknowns * system + 0.43 * parts * system.powi(3)) * solves
+}
+
+/// Unknowns of triangles, and the parts into which mirror planes divide them.
+fn triangle_unknowns(geometry: &BakeGeometry, wavenumber: f64, accuracy: f64) -> (f64, f64) {
+    let (area, wall) = (geometry.area(), mean_wall(geometry));
+    let edge = TAU / wavenumber / EDGES_PER_WAVE * (accuracy / 0.003).sqrt().min(1.0);
+    let for_wave = UNKNOWNS_PER_SQUARE * area / (edge * edge);
+    let coarsest = UNKNOWNS_PER_SQUARE * area / (0.35 * geometry.bounding_radius()).powi(2);
+    let for_wall = UNKNOWNS_PER_SQUARE * area / (wall * wall) * (0.01 / accuracy).powf(1.5).min(10.0);
+    let unknowns = for_wall.min(MOST_FOR_WALLS * for_wave.max(300.0)).max(for_wave).max(coarsest);
+    let planes = match geometry {
+        BakeGeometry::Mesh(mesh) if mesh.triangles.len() > MOST_TRIANGLES => 0,
+        geometry => geometry.mirror_normals(accuracy * wall).len(),
+    };
+    (unknowns, f64::from(1_u32 << planes))
+}
+
+fn time_steps(geometry: &BakeGeometry, wavenumber: f64) -> f64 {
+    let radius = geometry.bounding_radius();
+    let edge = (0.5 * mean_wall(geometry)).min(TAU / wavenumber / 10.0).min(radius / 8.0);
+    let cells = (2.0 * radius / edge + 24.0).powi(3);
+    let steps = 20.0 * radius / edge * 3.0_f64.sqrt();
+    12.5 * 6.0 * cells * steps
+}
+
+fn mean_wall(geometry: &BakeGeometry) -> f64 {
+    let volume = geometry.mass_properties().map_or(0.0, |mass| mass.volume);
+    (2.0 * volume / geometry.area()).max(1e-6 * geometry.bounding_radius())
+}
+
+/// Operations of [`find_modes`](crate::modal::find_modes) and [`radiate`](crate::modal::radiate).
+pub fn of_modes(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> f64 {
+    match options.effort {
+        Effort::Draft => DRAFT,
+        Effort::Exact => {
+            of_finding_modes(geometry, material, options) + of_transfers(geometry, material, options)
+        }
+    }
+}
+
+/// Operations of [`find_modes`](crate::modal::find_modes) alone.
+pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> f64 {
+    let Ok(constants) = ElasticConstants::of(material) else { return 0.0 };
+    if options.effort == Effort::Draft {
+        return DRAFT;
+    }
+    let volume = geometry.mass_properties().map_or(0.0, |mass| mass.volume);
+    let (area, wall) = (geometry.area(), mean_wall(geometry));
+    let limit = options.max_frequency;
+    let modes = modes_below(volume, area, limit, material).0;
+    if geometry.axisymmetry().is_some() {
+        return 2e8 * (modes + 4.0) * (1.0 + modes / 400.0);
+    }
+    let wave = shortest_wave(&constants, wall, limit) * (options.mesh_error / 0.01).powf(0.125);
+    let longest = 2.0 * geometry.bounding_radius();
+    let is_box = matches!(geometry, BakeGeometry::RoundedBox { round: 0.0, .. });
+    let found = if is_box || wall < THIN * longest {
+        let edge = (CELL[0] * wave).min(CELL[1] * wall).min(0.5 * longest);
+        let [_, nodes] = expected(area, volume, edge);
+        500.0 * (3.0 * nodes).powi(2)
+    } else {
+        let edge = (wave / TETRAHEDRA[0]).min(wall * 1.5 / TETRAHEDRA[1]);
+        5.0 * (3.0 * NODES_PER_CUBE * volume / edge.powi(3)).powi(2)
+    };
+    found * (1.0 + modes / 100.0)
+}
+
+/// Operations of [`radiate`](crate::modal::radiate) alone.
+fn of_transfers(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> f64 {
+    let volume = geometry.mass_properties().map_or(0.0, |mass| mass.volume);
+    let modes = modes_below(volume, geometry.area(), options.max_frequency, material).0;
+    if geometry.axisymmetry().is_some() {
+        return 3e8 * modes;
+    }
+    if modes < 1.0 {
+        return 0.0;
+    }
+    let highest = TAU * options.max_frequency / options.medium.sound_speed;
+    let kappa = highest * geometry.bounding_radius();
+    let (unknowns, parts) = triangle_unknowns(geometry, highest, options.accuracy);
+    let system = unknowns / parts;
+    // Waves are half as short at an average mode.
+    let each = 0.6 * (500.0 * unknowns * system + 0.43 * parts.min(4.0) * system.powi(3));
+    modes.min(kappa / 0.5 + 6.0) * each
+}
+
+/// Seconds of CPU time of so many operations.
+pub fn seconds(operations: f64) -> f64 {
+    operations / PER_SECOND
+}
+
+#[cfg(test)]
+mod tests {
+    use clangor_core::material::presets;
+    use clangor_core::medium::Medium;
+    use clangor_core::shape::Shape;
+
+    use super::*;
+
+    fn geometry(shape: &str) -> BakeGeometry {
+        let mesh = Shape::parse(shape).expect("a shape").mesh();
+        BakeGeometry::of_mesh(&mesh.relative_to(MassProperties::of(&mesh).expect("a solid").centre_of_mass))
+    }
+
+    #[test]
+    fn seconds_are_told_from_minutes() {
+        let options = BakeOptions::new(TAU * 20e3 / 343.0, 0.01);
+        let cost = |shape: &str| seconds(of_field(&geometry(shape), &options));
+        // Measured: 3.0, 2.5 s.
+        for (shape, measured) in [("bowl", 3.0), ("plate", 2.5)] {
+            let ratio = cost(shape) / measured;
+            assert!((0.33..3.0).contains(&ratio), "{shape}: {ratio}");
+        }
+        assert!(cost("coin") < 2.0 && cost("die") < 2.0, "{} {}", cost("coin"), cost("die"));
+        assert!(cost("mug") > 60.0, "{}", cost("mug"));
+    }
+
+    #[test]
+    fn work_grows_with_the_band_and_the_accuracy() {
+        let glass = presets::GLASS.material();
+        for shape in ["bowl", "mug", "die", "box:0.2x0.1x0.03", "ellipsoid:0.2x0.15x0.1"] {
+            let geometry = geometry(shape);
+            let field =
+                |hz: f64, accuracy: f64| of_field(&geometry, &BakeOptions::new(TAU * hz / 343.0, accuracy));
+            assert!(field(2e3, 0.01) <= field(8e3, 0.01) && field(8e3, 0.01) <= field(2e4, 0.01), "{shape}");
+            assert!(field(8e3, 0.01) <= field(8e3, 0.002), "{shape}");
+            let modes = |hz: f64| {
+                let options = ModalBakeOptions { max_frequency: hz, ..ModalBakeOptions::new(Medium::AIR) };
+                of_modes(&geometry, &glass, &options)
+            };
+            assert!(modes(2e3) <= modes(8e3) && modes(8e3) <= modes(2e4), "{shape}");
+        }
+    }
+}

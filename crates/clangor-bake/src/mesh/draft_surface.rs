@@ -1,0 +1,86 @@
+//! A surface on few vertices for drafts of fields.
+//!
+//! ```text
+//! input ─► long sides divided ─► decimated, ever coarser ─► so many vertices ─► the volume of the input
+//! ```
+//!
+//! Walls that are thinner than the edges of its triangles survive, because vertices stay where they are and
+//! no triangle turns over; [`remesh`](super::remesh) would need edges as short as the wall. The work grows
+//! with the triangles of the input. Triangles are uneven, and rounded edges become facets.
+
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::refine::refine_to_edge;
+use clangor_core::geometry::solid::MeshError;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use glam::DVec3;
+
+use super::decimate::decimate;
+
+/// Longest side in those of equilateral triangles.
+const LONGEST: f64 = 1.5;
+/// Distance from the planes of the input, in the mean wall and in such sides, and its factor after an attempt
+/// that leaves too many vertices.
+const FROM_WALL: f64 = 0.1;
+const FROM_EDGE: f64 = 0.1;
+const COARSER: f64 = 2.0;
+const ATTEMPTS: usize = 5;
+/// Vertices in those asked for that are not too many.
+const MANY: f64 = 1.15;
+/// Largest error of the volume that a change of size makes good: a thin wire loses 0.3 of it, and grows by a
+/// tenth.
+const VOLUME: f64 = 0.35;
+
+/// A closed surface on about so many vertices, with the volume of the input.
+///
+/// # Errors
+/// [`MeshError`] of an input that bounds no solid.
+pub(crate) fn draft_surface(surface: &TriMesh, vertices: f64) -> Result<TriMesh, MeshError> {
+    let mass = MassProperties::of(surface)?;
+    let area = surface.area();
+    // Two equilateral triangles for each vertex.
+    let edge = (2.0 / 3.0_f64.sqrt() * area / vertices).sqrt();
+    let mut tolerance = (FROM_WALL * 2.0 * mass.volume / area).min(FROM_EDGE * edge);
+    let mut longest = LONGEST * edge;
+    let mut coarse = refine_to_edge(surface, longest);
+    for _ in 0..ATTEMPTS {
+        coarse = decimate(&coarse, longest, tolerance);
+        if (coarse.vertices.len() as f64) < MANY * vertices {
+            break;
+        }
+        tolerance *= COARSER;
+        longest *= COARSER.sqrt();
+    }
+    let left = MassProperties::of(&coarse)?;
+    let ratio = mass.volume / left.volume;
+    if (ratio - 1.0).abs() < VOLUME {
+        // Sizes change about the centre of mass, which the result has exactly.
+        let scale = ratio.cbrt();
+        let place = |x: DVec3| mass.centre_of_mass + scale * (x - left.centre_of_mass);
+        coarse.vertices.iter_mut().for_each(|x| *x = place(*x));
+    }
+    Ok(coarse)
+}
+
+#[cfg(test)]
+mod tests {
+    use clangor_core::geometry::topology::Topology;
+    use clangor_core::shape::Shape;
+
+    use super::*;
+
+    #[test]
+    fn bodies_of_all_walls_keep_volume_and_topology_on_few_vertices() {
+        for shape in ["mug", "key", "box:0.4x0.004x0.4", "torus:0.03x0.0005@0.0005", "rock:3x0.02@0.0005"] {
+            let fine = Shape::parse(shape).expect("a shape").mesh();
+            let coarse = draft_surface(&fine, 420.0).expect("a solid");
+            Topology::try_new(&coarse).expect("closed");
+            let euler = |mesh: &TriMesh| mesh.vertices.len() as i64 - mesh.triangles.len() as i64 / 2;
+            let ratio = MassProperties::of(&coarse).expect("a solid").volume
+                / MassProperties::of(&fine).expect("a solid").volume;
+            let left = coarse.vertices.len();
+            // The volume is made exact; a torus keeps more vertices than are asked for.
+            assert!((ratio - 1.0).abs() < 1e-9, "{shape}: {ratio}");
+            assert!(left < 700 && euler(&coarse) == euler(&fine), "{shape}: {left}");
+        }
+    }
+}

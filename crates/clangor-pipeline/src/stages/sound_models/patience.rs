@@ -1,0 +1,43 @@
+//! Which models of a scene are drafts: those whose exact bake would take longer than the patience.
+//!
+//! Work is estimated by [`clangor_bake::cost`], never measured, so that the same scene with the same cache
+//! has the same models on any machine. What is in the cache costs nothing. If all exact models together
+//! take no longer than the patience, all are exact; else the cheapest are, as many as the patience pays for,
+//! and the others are drafts:
+//!
+//! ```text
+//! c₁ ≤ c₂ ≤ …   exact while c₁ + … + cᵢ ≤ patience
+//! ```
+//!
+//! No patience at all makes a draft of everything that is not in the cache.
+
+/// Patience with the exact models of a scene, unless another is asked for: seconds of CPU time.
+pub const PATIENCE: f64 = 60.0;
+
+/// Whether each of the models with these costs is a draft; in seconds of CPU time, 0 for those in the cache.
+pub(super) fn drafts(costs: &[f64], patience: f64) -> Vec<bool> {
+    let mut cheapest: Vec<usize> = (0..costs.len()).collect();
+    cheapest.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]).then(a.cmp(b)));
+    let mut drafts = vec![false; costs.len()];
+    let mut spent = 0.0;
+    for at in cheapest {
+        spent += costs[at];
+        drafts[at] = spent > patience;
+    }
+    drafts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cheapest_are_exact_as_far_as_patience_goes() {
+        let costs = [30.0, 0.0, 50.0, 20.0];
+        assert_eq!(drafts(&costs, 100.0), [false; 4]);
+        assert_eq!(drafts(&costs, 60.0), [false, false, true, false]);
+        assert_eq!(drafts(&costs, 25.0), [true, false, true, false]);
+        assert_eq!(drafts(&costs, 0.0), [true, false, true, true]);
+        assert_eq!(drafts(&costs, f64::INFINITY), [false; 4]);
+    }
+}

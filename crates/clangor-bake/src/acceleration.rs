@@ -1,11 +1,10 @@
 //! Acceleration noise of one body: picks a solver, solves at the frequencies that the band needs, and fits.
 
 mod cavities;
-mod cost;
 mod draft;
 mod frequencies;
 mod motion_fits;
-mod plan;
+pub(crate) mod plan;
 mod prepared;
 mod solvers;
 

@@ -4,24 +4,25 @@
 //! CPU time, so that seconds are the same everywhere, whatever else runs and however fast a machine is:
 //!
 //! ```text
-//! meridian    3400 N² F
-//! triangles   (500 N²/2^p + 0.43 Σ n³) F          p mirror planes, n unknowns of each parity class
-//! patches     (300 N² + 4 N³) 6 F
-//! time        12.5 cells × steps × 6 motions
+//! fields      those of [`operations`], from unknowns that volume, area and band suggest
 //! modes       500 u² (1 + M/100) of cells, 5 u² (1 + M/100) of tetrahedra, 5e8 M of a section
 //! transfers   those of the boundary elements, for as many wavenumbers as the modes need
 //! draft       [`DRAFT`] for each part
 //! ```
 //!
-//! N unknowns, F frequencies, u elastic unknowns, M modes by their density. Measured: a bowl (meridian, N
-//! 432, F 47) 3.0 s of CPU time, a plate (N 384, F 66) 2.5 s. Estimates are meant to tell seconds from
-//! minutes. Not a promise: walls and creases can make a bake several times longer.
+//! u elastic unknowns, M modes by their density. Measured: a bowl (meridian, 432 unknowns, 47 frequencies)
+//! 3.0 s of CPU time, a plate (384 unknowns, 66 frequencies) 2.5 s. Estimates are meant to tell seconds from
+//! minutes, in milliseconds. Not a promise: walls and creases can make a bake several times longer; and not
+//! the choice of a solver, which knows its mesh.
+
+pub(crate) mod operations;
 
 use std::f64::consts::TAU;
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 
+use crate::acceleration::plan::{CAVITY_DENSITY, SOLID_SPACING};
 use crate::acceleration::{BakeOptions, Method, has_cavities};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::effort::Effort;
@@ -50,6 +51,8 @@ const MOST_TRIANGLES: usize = 20_000;
 const THIN: f64 = 0.1;
 /// Longest cell in shortest waves and in walls.
 const CELL: [f64; 2] = [0.5, 30.0];
+/// Work of a whole box in that of an octant of it, with eight parities.
+const MIRRORED: f64 = 8.0;
 /// Tetrahedra on the shortest wave, and across a wall.
 const TETRAHEDRA: [f64; 2] = [5.0, 1.5];
 /// Nodes of tetrahedra for each cube of their edge.
@@ -61,42 +64,30 @@ pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
         return DRAFT;
     }
     let kappa = options.max_wavenumber * geometry.bounding_radius();
-    let solid = frequencies(kappa, 0.8);
     match geometry {
         BakeGeometry::Axisymmetric { meridian, axis } if options.method != Method::Fdtd => {
             let settings = AxisymmetricOptions::new(options.max_wavenumber);
-            let unknowns = AxisymmetricSolver::new(meridian, *axis, settings).unknowns() as f64;
-            3400.0 * unknowns * unknowns * solid
+            let unknowns = AxisymmetricSolver::new(meridian, *axis, settings).unknowns();
+            operations::meridian(unknowns, kappa, SOLID_SPACING)
         }
         BakeGeometry::Ellipsoid { .. } | BakeGeometry::RoundedBox { .. }
             if options.method != Method::Fdtd =>
         {
             let sharper = (1e-2 / options.accuracy).max(1.0).powf(0.25);
             let unknowns = (PATCH_UNKNOWNS[0] + PATCH_UNKNOWNS[1] * kappa * kappa) * sharper;
-            6.0 * (300.0 * unknowns.powi(2) + 4.0 * unknowns.powi(3)) * solid
+            operations::patches(unknowns as usize, kappa, SOLID_SPACING)
         }
-        BakeGeometry::Mesh(mesh) => {
-            let cavities = MassProperties::of(mesh).is_ok_and(|mass| has_cavities(mesh, &mass));
-            let solves = if cavities { 2.0 * frequencies(kappa, 0.45) } else { solid };
-            triangles(geometry, options, solves)
+        _ if options.method == Method::Fdtd => time_steps(geometry, options.max_wavenumber),
+        _ => {
+            let cavities = match geometry {
+                BakeGeometry::Mesh(mesh) => MassProperties::of(mesh).is_ok_and(|m| has_cavities(mesh, &m)),
+                _ => false,
+            };
+            let spacing = if cavities { CAVITY_DENSITY } else { SOLID_SPACING };
+            let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
+            operations::triangles((unknowns / parts) as usize, [parts as usize; 2], kappa, spacing)
         }
-        _ => triangles(geometry, options, solid),
     }
-}
-
-/// Frequencies that a band takes.
-fn frequencies(kappa: f64, spacing: f64) -> f64 {
-    1.1 * kappa / spacing + 6.0
-}
-
-/// Boundary elements on triangles, or steps in time where these are asked for.
-fn triangles(geometry: &BakeGeometry, options: &BakeOptions, solves: f64) -> f64 {
-    let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
-    let system = unknowns / parts;
-    if options.method == Method::Fdtd {
-        return time_steps(geometry, options.max_wavenumber);
-    }
-    (500.0 * unknowns * system + 0.43 * parts * system.powi(3)) * solves
 }
 
 /// Unknowns of triangles, and the parts into which mirror planes divide them.
@@ -119,7 +110,7 @@ fn time_steps(geometry: &BakeGeometry, wavenumber: f64) -> f64 {
     let edge = (0.5 * mean_wall(geometry)).min(TAU / wavenumber / 10.0).min(radius / 8.0);
     let cells = (2.0 * radius / edge + 24.0).powi(3);
     let steps = 20.0 * radius / edge * 3.0_f64.sqrt();
-    12.5 * 6.0 * cells * steps
+    operations::time_domain(cells, steps)
 }
 
 fn mean_wall(geometry: &BakeGeometry) -> f64 {
@@ -137,7 +128,18 @@ pub fn of_modes(geometry: &BakeGeometry, material: &Material, options: &ModalBak
     }
 }
 
-/// Operations of [`find_modes`](crate::modal::find_modes) alone.
+/// Operations of [`find_held_modes`](crate::modal::find_held_modes) alone, of a body that supports hold:
+/// they take its mirror planes away.
+pub fn of_finding_held_modes(
+    geometry: &BakeGeometry,
+    material: &Material,
+    options: &ModalBakeOptions,
+) -> f64 {
+    let whole = if matches!(geometry, BakeGeometry::RoundedBox { .. }) { MIRRORED } else { 1.0 };
+    whole * of_finding_modes(geometry, material, options)
+}
+
+/// Operations of [`find_modes`](crate::modal::find_modes) alone, of a free body.
 pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> f64 {
     let Ok(constants) = ElasticConstants::of(material) else { return 0.0 };
     if options.effort == Effort::Draft {
@@ -156,7 +158,7 @@ pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &
     let found = if is_box || wall < THIN * longest {
         let edge = (CELL[0] * wave).min(CELL[1] * wall).min(0.5 * longest);
         let [_, nodes] = expected(area, volume, edge);
-        500.0 * (3.0 * nodes).powi(2)
+        500.0 * (3.0 * nodes).powi(2) / if is_box { MIRRORED } else { 1.0 }
     } else {
         let edge = (wave / TETRAHEDRA[0]).min(wall * 1.5 / TETRAHEDRA[1]);
         5.0 * (3.0 * NODES_PER_CUBE * volume / edge.powi(3)).powi(2)
@@ -178,8 +180,8 @@ fn of_transfers(geometry: &BakeGeometry, material: &Material, options: &ModalBak
     let kappa = highest * geometry.bounding_radius();
     let (unknowns, parts) = triangle_unknowns(geometry, highest, options.accuracy);
     let system = unknowns / parts;
-    // Waves are half as short at an average mode.
-    let each = 0.6 * (500.0 * unknowns * system + 0.43 * parts.min(4.0) * system.powi(3));
+    // Waves are half as short at an average mode, which belongs to some of the classes.
+    let each = 0.6 * operations::solve(system as usize, [parts.min(4.0) as usize, parts as usize]);
     modes.min(kappa / 0.5 + 6.0) * each
 }
 

@@ -58,22 +58,13 @@ fn surfaces_that_bound_no_solid_are_refused_at_their_place() {
         "fan.obj",
         format!("{TETRAHEDRON}v 0.03 0.0 0.0\nv 0.03 0.01 0.0\nf 1 2 5\nf 2 1 6\nf 1 5 6\nf 2 6 5\n"),
     );
-    write(
-        "inverted.obj",
-        TETRAHEDRON
-            .replace("f 1 2 3", "f 1 3 2")
-            .replace("f 1 4 2", "f 1 2 4")
-            .replace("f 1 3 4", "f 1 4 3")
-            .replace("f 2 4 3", "f 2 3 4"),
-    );
     write("empty.obj", String::new());
     write("points.obj", TETRAHEDRON.replace("v 0.01 0.01 0.01", "v nan 0.01 0.01"));
     let bake = |name: &str, wanted: &[&str]| {
         refuse(folder.path(), &["bake", name, "-o", "out.safetensors"], wanted);
     };
-    bake("open.obj", &["open.obj", "the surface is open: 3 boundary edges", "near", "close the holes"]);
+    bake("open.obj", &["open.obj", "the surface is open: 1 hole", "near", "close what should be closed"]);
     bake("fan.obj", &["fan.obj", "more than two triangles", "near"]);
-    bake("inverted.obj", &["inverted.obj", "inwards", "flip"]);
     bake("empty.obj", &["empty.obj"]);
     bake("points.obj", &["points.obj"]);
     bake("nowhere.obj", &["nowhere.obj"]);
@@ -103,17 +94,6 @@ fn options_that_make_no_sense_are_refused_before_the_work() {
         let arguments = [&["bake", "mug", "-o", "out.safetensors"], wrong].concat();
         assert_eq!(clangor(folder.path(), &arguments).status.code(), Some(2), "{wrong:?}");
     }
-}
-
-#[test]
-fn bodies_too_large_for_the_band_are_refused_with_a_remedy() {
-    let folder = tempfile::tempdir().unwrap();
-    let bake = |more: &[&str], wanted: &[&str]| {
-        refuse(folder.path(), &[&["bake", "mug", "-o", "out.safetensors"], more].concat(), wanted);
-    };
-    let remedy = ["unknowns at", "more than the 8000 that fit", "use another method or a lower band"];
-    bake(&["--method", "bem", "--max-frequency", "150000"], &remedy);
-    bake(&["--max-frequency", "190000"], &["the body needs", "cells of", "that are run"]);
 }
 
 #[test]

@@ -7,7 +7,7 @@
 //! | other surfaces | triangles, time domain, triangles longer than the walls, cells larger than the walls |
 //!
 //! A solver can take a body if its unknowns or cells fit in memory and, unless the caller named the method,
-//! if its [operations](super::cost) are at most [`MOST_OPERATIONS`]. If none can, the band is narrowed until
+//! if its [operations](crate::cost) are at most [`MOST_OPERATIONS`]. If none can, the band is narrowed until
 //! one can: a limit costs the highest frequencies, and a warning says which.
 
 use std::borrow::Cow;
@@ -20,11 +20,11 @@ use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
 
 use super::cavities::has_cavities;
-use super::cost::{self, MOST_OPERATIONS};
 use super::{BakeError, BakeOptions, MOST_ORDER, Method, multipole_order};
 use crate::bem::axisymmetric::{self, AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::{self, SymmetricPatchSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
+use crate::cost::operations::{self, MOST_OPERATIONS};
 use crate::fdtd::{self, WaveSolver};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::{BoundaryChoice, rounded_box_hull};
@@ -32,11 +32,11 @@ use crate::mesh::remesh::resolution::{Resolution, resolution};
 use crate::radiation::RadiationSolver;
 
 /// Spacing in κ of the first solves for bodies without cavities.
-pub(super) const SOLID_SPACING: f64 = 0.8;
+pub(crate) const SOLID_SPACING: f64 = 0.8;
 /// The same for bodies with cavities, whose resonances put poles near the real axis.
 pub(super) const CAVITY_SPACING: f64 = 0.45;
 /// Spacing in κ of all solves of a body with cavities.
-const CAVITY_DENSITY: f64 = 0.35;
+pub(crate) const CAVITY_DENSITY: f64 = 0.35;
 /// Largest and smallest step of the band when it is narrowed, and most steps.
 const NARROWER: [f64; 2] = [1.1, 2.0];
 const MOST_STEPS: usize = 24;
@@ -91,8 +91,8 @@ pub(super) struct FieldPlan<'a> {
     pub(super) warnings: Vec<String>,
 }
 
-/// Operations that [`bake`](super::bake) takes for a body, within a factor of three; each is 1e-10 s of CPU
-/// time on the machine of the measurements.
+/// Operations that [`bake`](super::bake) takes for a body, within a factor of three, in the unit of
+/// [`cost`](crate::cost).
 ///
 /// # Errors
 /// As [`bake`](super::bake), for a body that no solver can take.
@@ -267,7 +267,7 @@ impl<'a> Body<'a> {
                 let unknowns = used.unknowns >> planes;
                 let systems = [[1, 2, 4, 6][planes.min(3)], 1 << planes];
                 let need = Need {
-                    operations: cost::triangles(unknowns, systems, kappa, density),
+                    operations: operations::triangles(unknowns, systems, kappa, density),
                     fill: unknowns as f64 / (ESTIMATE * MOST_UNKNOWNS as f64),
                     growth: 2,
                 };
@@ -279,7 +279,7 @@ impl<'a> Body<'a> {
                 let fine = coarse.min(0.5 * fineness.wall);
                 let spacing = if kind == Kind::TimeDomain { fine } else { coarse };
                 let [cells, steps] = WaveSolver::extent(radius, spacing, longest);
-                let operations = cost::time_domain(cells, steps);
+                let operations = operations::time_domain(cells, steps);
                 let need = Need { operations, fill: cells / fdtd::MOST_CELLS as f64, growth: 3 };
                 Some((Candidate::TimeDomain { spacing, wall: fineness.wall }, need))
             }
@@ -297,7 +297,7 @@ pub(super) fn mirrors(geometry: &BakeGeometry, fineness: &Resolution, accuracy: 
 fn exact(choice: &BoundaryChoice<'_>, accuracy: f64, k: f64, kappa: f64) -> Option<(Candidate, Need)> {
     let fine = FINE * accuracy;
     let of_patches = |unknowns: usize| {
-        let operations = cost::patches(unknowns, kappa, SOLID_SPACING);
+        let operations = operations::patches(unknowns, kappa, SOLID_SPACING);
         let fill = unknowns as f64 / symmetric_patches::MOST_UNKNOWNS as f64;
         (Candidate::Patches, Need { operations, fill, growth: 2 })
     };
@@ -311,7 +311,7 @@ fn exact(choice: &BoundaryChoice<'_>, accuracy: f64, k: f64, kappa: f64) -> Opti
         BoundaryChoice::Meridian(Axisymmetry { meridian, axis }) => {
             let settings = AxisymmetricOptions::new(k);
             let unknowns = AxisymmetricSolver::new(meridian, *axis, settings).unknowns();
-            let operations = cost::meridian(unknowns, kappa, SOLID_SPACING);
+            let operations = operations::meridian(unknowns, kappa, SOLID_SPACING);
             let fill = unknowns as f64 / axisymmetric::MOST_UNKNOWNS as f64;
             Some((Candidate::Meridian, Need { operations, fill, growth: 1 }))
         }

@@ -3,6 +3,7 @@
 use clangor_core::synthesis::SoundPart;
 use clangor_pipeline::session::Session;
 use clangor_pipeline::stages::sound_models::ObtainedModel;
+use clangor_pipeline::stages::sound_models::patience::cpu_time;
 
 use crate::console::Console;
 
@@ -37,7 +38,7 @@ pub(super) fn say(session: &Session<'_>, console: &Console) {
         }
         _ => "a higher --patience computes them".into(),
     };
-    console.say(format_args!("exact models take about {} of CPU time: {remedy}", duration(seconds)));
+    console.say(format_args!("exact models take about {} of CPU time: {remedy}", cpu_time(seconds)));
 }
 
 /// The first names, and how many more there are.
@@ -46,15 +47,5 @@ fn listed(names: &[String]) -> String {
     match names.len().saturating_sub(MOST_NAMES) {
         0 => first.join(", "),
         more => format!("{} and {more} more", first.join(", ")),
-    }
-}
-
-/// A time in words: an estimate has one or two digits.
-pub(super) fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 0.95 => format!("{s:.1} s"),
-        s if s < 120.0 => format!("{s:.0} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.0} h", s / 3600.0),
     }
 }

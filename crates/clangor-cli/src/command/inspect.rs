@@ -17,12 +17,13 @@ use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::stages::bake_costs::{BakeCost, bake_costs};
 use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts};
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh, size_warning};
+use clangor_pipeline::stages::sound_models::patience::cpu_time;
 use clangor_pipeline::stages::sound_models::{Quality, SoundFile, read_sound_file};
 use clangor_sim::choose_solver;
 use serde_json::{Value, json};
 
 use super::bake::{modal_report, model_report, pan_report};
-use super::{bank, drafts, is_timeline, load};
+use super::{bank, is_timeline, load};
 use crate::arguments::{Global, Inspect};
 use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
@@ -383,9 +384,8 @@ fn say_costs(costs: &[BakeCost], console: &Console) {
         return;
     }
     let part = |cost: &BakeCost| {
-        let clicks = drafts::duration(cost.clicks);
-        let ringing =
-            cost.ringing.map_or(String::new(), |seconds| format!(" + {}", drafts::duration(seconds)));
+        let clicks = cpu_time(cost.clicks);
+        let ringing = cost.ringing.map_or(String::new(), |seconds| format!(" + {}", cpu_time(seconds)));
         format!("{} {clicks}{ringing}", quality_name(cost.quality))
     };
     let all: Vec<String> = costs.iter().map(part).collect();

@@ -14,6 +14,7 @@ use super::error::Error;
 use crate::formats::atomic_file::write_atomically;
 use crate::formats::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use crate::stages::sound_models::OtherMaterial;
+use crate::stages::sound_models::patience::cpu_time;
 
 /// The sound of an impact on a body.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,8 +91,9 @@ impl fmt::Display for StrikeRemark {
                 };
                 write!(
                     f,
-                    "the {what} of \"{body}\" is a draft ({error}): exact takes about {seconds:.0} s of CPU \
-                     time, with --quality normal and enough --patience"
+                    "the {what} of \"{body}\" is a draft ({error}): exact takes about {} of CPU time, with \
+                     --quality normal and enough --patience",
+                    cpu_time(*seconds)
                 )
             }
             StrikeRemark::ShortField { body, end, band } => {

@@ -3,7 +3,8 @@
 //! A face is a smooth piece of the surface: it ends where the surface turns sharply or with a small radius.
 //! Two faces belong to different walls if each lies in front of the other: the sides of an inner edge, the
 //! two sides of a slit. They belong to one wall if each lies behind the other (the two sides of a rib), or
-//! both in one plane. Fillets are too narrow to be faces: what they join is divided as at a sharp edge.
+//! both in one plane. Fillets are too narrow to be faces: what they join is divided as at a sharp edge. The
+//! end of a slit is as narrow, but what is behind it is a wall of its own.
 //!
 //! The depth below a wall is that below the tangent plane at the nearest point of its faces.
 
@@ -28,6 +29,8 @@ const LEAST_TURN: f64 = 0.03;
 /// Width of a fillet, in cells, and length of its inner edges, in its own.
 const FILLET: f64 = 0.12;
 const FILLET_EDGES: f64 = 1.2;
+/// Cosine between what lies beyond two inner edges of a strip, below which it is the end of a slit.
+const FACING: f64 = -0.5;
 /// Sine of the angle above the tangent plane from which on a point is in front, and below which it is
 /// behind.
 const FRONT: f64 = 0.3;
@@ -35,6 +38,10 @@ const BEHIND: f64 = 0.1;
 /// Part of the area of a face that must be in front, or behind.
 const MOST: f64 = 0.5;
 const NEARLY_ALL: f64 = 0.8;
+/// Least area of a face in squares of the wall, and most faces of a cell, the largest: noise on a fine mesh
+/// makes sharp edges around single triangles.
+const LEAST_AREA: f64 = 0.1;
+const MOST_FACES: usize = 24;
 /// Most pieces of a face that are tested.
 const SAMPLES: usize = 24;
 /// Distance around a cell from which faces count, in walls, and its limits in cells.
@@ -71,6 +78,8 @@ struct Face {
     bounds: Option<(DVec3, DVec3)>,
     /// Length of its inner edges.
     inner: f64,
+    /// Normals of the triangles beyond them.
+    beyond: Vec<DVec3>,
 }
 
 impl Faces {
@@ -118,24 +127,32 @@ impl Faces {
             return None;
         }
         let faces = self.measured(place, near, &face_of, count);
-        let own = TriMesh {
-            vertices: near.iter().flat_map(|t| self.surface.corners(*t as usize)).collect(),
-            triangles: (0..near.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect(),
-        };
-        let tree = SurfaceTree::new(&own);
-        let counts: Vec<usize> = (0..count).filter(|face| !faces[*face].is_fillet()).collect();
+        let least = LEAST_AREA * (self.margin / MARGIN).powi(2);
+        let mut counts: Vec<usize> =
+            (0..count).filter(|face| faces[*face].area > least && !faces[*face].is_fillet()).collect();
+        counts.sort_by(|a, b| faces[*b].area.total_cmp(&faces[*a].area));
+        counts.truncate(MOST_FACES);
+        if counts.len() < 2 {
+            return None;
+        }
+        counts.sort_unstable();
+        let sheets: Vec<Sheet> = counts
+            .iter()
+            .map(|face| {
+                let own = near.iter().zip(&face_of).filter(|(_, of)| *of == face);
+                Sheet::new(own.map(|(t, _)| self.surface.corners(*t as usize)))
+            })
+            .collect();
         // Sine of the angle from the tangent plane at the nearest point of a face, and the distance there.
         let height = |face: usize, at: DVec3| {
-            let found = tree.nearest_where(&own, at, f64::INFINITY, |t| face_of[t] == face);
-            found.map_or((0.0, 0.0), |nearest| {
-                let normal = own.area_vector(nearest.triangle).normalize_or_zero();
-                (normal.dot((at - nearest.position).normalize_or_zero()), nearest.distance)
+            sheets[face].nearest(at).map_or((0.0, 0.0), |(distance, depth)| {
+                (if distance > 0.0 { -depth / distance } else { 0.0 }, distance)
             })
         };
         // Part of face a in front of face b and behind it, and its mean distance.
         let lies = |a: usize, b: usize| {
             let (mut front, mut behind, mut away, mut all) = (0.0, 0.0, 0.0, 0.0);
-            for (middle, area) in faces[a].samples() {
+            for (middle, area) in faces[counts[a]].samples() {
                 let (height, distance) = height(b, middle);
                 all += area;
                 away += area * distance;
@@ -145,9 +162,8 @@ impl Faces {
             [front / all, behind / all, away / all]
         };
         let size = counts.len();
-        let relation: Vec<Vec<[f64; 3]>> = counts
-            .iter()
-            .map(|a| counts.iter().map(|b| if a == b { [0.0; 3] } else { lies(*a, *b) }).collect())
+        let relation: Vec<Vec<[f64; 3]>> = (0..size)
+            .map(|a| (0..size).map(|b| if a == b { [0.0; 3] } else { lies(a, b) }).collect())
             .collect();
         let apart = |a: usize, b: usize| relation[a][b][0].min(relation[b][a][0]) > MOST;
         let together = |a: usize, b: usize| relation[a][b][1].min(relation[b][a][1]) > NEARLY_ALL;
@@ -164,19 +180,11 @@ impl Faces {
         if walls.len() < 2 {
             return None;
         }
-        let wall_of = |t: usize| {
-            let face = counts.iter().position(|face| *face == face_of[t])?;
-            walls.iter().position(|wall| wall.contains(&face))
-        };
-        let wall_of: Vec<Option<usize>> = (0..near.len()).map(wall_of).collect();
         let corner = DVec3::from_array(place.map(|n| n as f64));
         Some(Division::new(walls.len(), |wall, at| {
-            let at = at + corner;
-            let found = tree.nearest_where(&own, at, f64::INFINITY, |t| wall_of[t] == Some(wall));
-            found.map_or(f64::NEG_INFINITY, |nearest| {
-                let normal = own.area_vector(nearest.triangle).normalize_or_zero();
-                APART * (wall * wall) as f64 - normal.dot(at - nearest.position)
-            })
+            let nearest = walls[wall].iter().filter_map(|face| sheets[*face].nearest(at + corner));
+            let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0));
+            nearest.map_or(f64::NEG_INFINITY, |(_, depth)| APART * (wall * wall) as f64 + depth)
         }))
     }
 
@@ -217,18 +225,45 @@ impl Faces {
                 let [a, b] = [k, (k + 1) % 3].map(|k| self.surface.corners(t)[k]);
                 let side = self.around(&Polygon::triangle([a, b, b]), place);
                 let (low, high) = side.bounds();
-                face.inner += if side.is_empty() { 0.0 } else { high.distance(low) };
+                if !side.is_empty() {
+                    let other = self.neighbours[t][k] as usize;
+                    face.inner += high.distance(low);
+                    face.beyond.push(self.surface.area_vector(other).normalize_or_zero());
+                }
             }
         }
         faces
     }
 }
 
+/// The triangles of a face.
+struct Sheet {
+    mesh: TriMesh,
+    tree: SurfaceTree,
+}
+
+impl Sheet {
+    fn new(corners: impl Iterator<Item = [DVec3; 3]>) -> Self {
+        let vertices: Vec<DVec3> = corners.flatten().collect();
+        let triangles = (0..vertices.len() as u32 / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+        let mesh = TriMesh { vertices, triangles };
+        Sheet { tree: SurfaceTree::new(&mesh), mesh }
+    }
+
+    /// Distance of the nearest point, and depth below the tangent plane there.
+    fn nearest(&self, at: DVec3) -> Option<(f64, f64)> {
+        let nearest = self.tree.nearest(&self.mesh, at)?;
+        let normal = self.mesh.area_vector(nearest.triangle).normalize_or_zero();
+        Some((nearest.distance, -normal.dot(at - nearest.position)))
+    }
+}
+
 impl Face {
-    /// Whether it is a strip between inner edges.
+    /// Whether it is a strip between inner edges, beyond which the surface does not face itself.
     fn is_fillet(&self) -> bool {
         let length = self.bounds.map_or(0.0, |(low, high)| high.distance(low));
-        self.area < FILLET * length && self.inner > FILLET_EDGES * length
+        let is_strip = self.area < FILLET * length && self.inner > FILLET_EDGES * length;
+        is_strip && !self.beyond.iter().any(|a| self.beyond.iter().any(|b| a.dot(*b) < FACING))
     }
 
     fn samples(&self) -> impl Iterator<Item = (DVec3, f64)> {

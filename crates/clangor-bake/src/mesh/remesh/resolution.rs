@@ -26,9 +26,9 @@
 //! - a die of 15 mm with edges rounded by 0.6 to 2.5 mm: 2.0, 1.6, 1.2, 1.0, 0.8 mm, 1.2, 0.8, 0.4, 0.2, 0.1
 //!   %.
 //!
-//! Edges are no longer than λ/6, but for bodies of many unknowns: these have edges of λ/4.65 at 1 %, which
-//! lose about that at the end of the band. A mug of 98 mm with edges of λ/4.65 and λ/4 differs
-//! from one of λ/6 by 0.12 and 0.27 % at 9.5 kHz, by 0.93 and 2.0 % at 18.5 kHz, of a band to 20 kHz.
+//! Edges are no longer than λ/6, but for bodies of many unknowns: these have edges of up to λ/4.65 at 1 %,
+//! which lose about that at the end of the band. A mug of 98 mm with edges of λ/4.65 and λ/4 differs from one
+//! of λ/6 by 0.12 and 0.27 % at 9.5 kHz, by 0.93 and 2.0 % at 18.5 kHz, of a band to 20 kHz.
 //!
 //! The size field itself refines to 0.6 of the local radius of curvature, down to the shortest edge.
 
@@ -46,9 +46,9 @@ const WALL_ERROR: f64 = 0.028;
 const WALL_ORDER: f64 = 4.0 / 3.0;
 /// Level error of edges of a sixth of the wavelength; of second order.
 const WAVE_ERROR: f64 = 0.003;
-/// Unknowns above which edges are longer than a sixth of the wavelength where the error allows it, the share
-/// of the error left to the waves then, and the longest edge in sixths of a wavelength.
-const MANY: usize = 2500;
+/// Unknowns above which edges grow past a sixth of the wavelength where the error allows it, the share of the
+/// error left to the waves then, and the longest edge in sixths of a wavelength.
+const MANY: f64 = 2500.0;
 const WAVE_SHARE: f64 = 0.5;
 const COARSEST: f64 = 1.45;
 /// Effective thickness of a solid body, in bounding radii; at short waves the wavelength over 2π.
@@ -124,8 +124,9 @@ pub fn resolution(input: &TriMesh, max_wavenumber: f64, accuracy: f64) -> Result
     let shortest = shortest.min(LONGEST_IN_WALLS * wall);
     let (mut field, mut options) = guided(shortest, longest)?;
     let mut unknowns = field.expected_vertices(DENSITY);
-    if unknowns > MANY && coarse > longest {
-        (field, options) = guided(shortest, coarse)?;
+    let many = (unknowns as f64 / MANY).sqrt();
+    if many > 1.0 && coarse > longest {
+        (field, options) = guided(shortest, coarse.min(longest * many))?;
         unknowns = field.expected_vertices(DENSITY);
     }
     Ok(Resolution { options, unknowns, wall, thinnest: thinnest + mass.centre_of_mass })

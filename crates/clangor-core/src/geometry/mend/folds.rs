@@ -7,7 +7,7 @@ use super::super::mesh_error::MeshError;
 use super::super::self_intersection::crossings;
 use super::super::surface_tree::SurfaceTree;
 use super::super::topology::Topology;
-use super::edges::{Sides, patches};
+use super::shells::refuse_crossing_shells;
 use super::{FOLD, Fault, Repair};
 
 /// Rounds of smoothing.
@@ -33,10 +33,7 @@ pub(super) fn smooth_folds(work: &mut Repair) -> Result<(), MeshError> {
         let Some((t, n, position)) = found.first().copied() else { break };
         let crossing = MeshError::SelfIntersection { first: t, second: n, position };
         let seen = first.get_or_insert((crossing, position)).clone();
-        let (_, shell) = patches(&Sides::new(&work.mesh).across(work.mesh.triangles.len()));
-        if let Some((_, _, position)) = found.iter().find(|(t, n, _)| shell[*t] != shell[*n]) {
-            return Err(MeshError::CrossingShells { position: *position });
-        }
+        refuse_crossing_shells(&work.mesh, &found)?;
         if round == ROUNDS || found.len() > most {
             return Err(seen.0);
         }

@@ -4,7 +4,10 @@ use glam::DVec3;
 
 use super::super::mass_properties::MassProperties;
 use super::super::mesh_error::MeshError;
+use super::super::self_intersection::crossings;
 use super::super::solid::{winding_number, winding_volume};
+use super::super::surface_tree::SurfaceTree;
+use super::super::topology::Topology;
 use super::super::tri_mesh::TriMesh;
 use super::edges::{Sides, patches};
 use super::{DUST, Fault, Repair};
@@ -32,9 +35,15 @@ impl Shell {
 /// Drops dust, turns the surface outwards, and checks that all shells bound one solid.
 ///
 /// # Errors
-/// [`MeshError::Shells`] for solids apart from each other, [`MeshError::Nested`] for one in another.
+/// [`MeshError::CrossingShells`] for shells that cross, [`MeshError::Shells`] for solids apart from each
+/// other, [`MeshError::Nested`] for one in another.
 pub(super) fn keep_one_solid(work: &mut Repair) -> Result<(), MeshError> {
     let shells = drop_dust(work, shells_of(&work.mesh));
+    if shells.len() > 1 {
+        let topology = Topology::try_new(&work.mesh)?;
+        let found = crossings(&work.mesh, &topology, &SurfaceTree::new(&work.mesh), usize::MAX);
+        refuse_crossing_shells(&work.mesh, &found)?;
+    }
     let shells = turn_outwards(work, shells);
     let mut solids = Vec::new();
     for (k, shell) in shells.iter().enumerate() {
@@ -53,6 +62,22 @@ pub(super) fn keep_one_solid(work: &mut Repair) -> Result<(), MeshError> {
             share: second.volume / first.volume,
         }),
         _ => Ok(()),
+    }
+}
+
+/// # Errors
+/// [`MeshError::CrossingShells`] if one of some crossings is between two shells.
+pub(super) fn refuse_crossing_shells(
+    mesh: &TriMesh,
+    found: &[(usize, usize, DVec3)],
+) -> Result<(), MeshError> {
+    if found.is_empty() {
+        return Ok(());
+    }
+    let (_, shell) = patches(&Sides::new(mesh).across(mesh.triangles.len()));
+    match found.iter().find(|(t, n, _)| shell[*t] != shell[*n]) {
+        Some((_, _, position)) => Err(MeshError::CrossingShells { position: *position }),
+        None => Ok(()),
     }
 }
 

@@ -56,6 +56,14 @@ impl ModalBake {
         Held { supports: &self.supports, moves_freely: self.moves_freely }
     }
 
+    /// Operations that finding the modes takes, without their transfers.
+    pub(crate) fn operations_of_modes(&self, geometry: &BakeGeometry) -> f64 {
+        match self.supports.is_empty() {
+            true => cost::of_finding_modes(geometry, &self.material, &self.options),
+            false => cost::of_finding_held_modes(geometry, &self.material, &self.options),
+        }
+    }
+
     /// Transfers of known modes in the frame of the solid: of those in the band.
     pub fn of_known_modes(material: &Material, mut modes: ModalModel, options: ModalBakeOptions) -> Self {
         modes.medium = options.medium;

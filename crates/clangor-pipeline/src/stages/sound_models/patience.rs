@@ -27,6 +27,16 @@ pub(super) fn drafts(costs: &[f64], patience: f64) -> Vec<bool> {
     drafts
 }
 
+/// An estimated time in words, of one or two digits.
+pub fn cpu_time(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.95 => format!("{s:.1} s"),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.0} h", s / 3600.0),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

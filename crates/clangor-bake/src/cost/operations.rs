@@ -1,7 +1,5 @@
-//! Operations that a field takes, by each solver: the basis of the choice between them. They are counted from
-//! the geometry; no clock is read.
-//!
-//! An operation is 1e-10 s of CPU time on the machine of the measurements:
+//! Operations that a field takes, by each solver, from the size of its systems and the band: the basis of the
+//! choice between solvers. No clock is read.
 //!
 //! ```text
 //! frequencies   F = κ/Δκ + 12
@@ -15,7 +13,7 @@
 //! the body.
 
 /// Operations that no field takes without being asked for by its method: some ten minutes of two cores.
-pub(super) const MOST_OPERATIONS: f64 = 1.2e13;
+pub(crate) const MOST_OPERATIONS: f64 = 1.2e13;
 
 /// Frequencies beyond those of the spacing: near zero, and for tests.
 const MORE_FREQUENCIES: f64 = 12.0;
@@ -26,23 +24,28 @@ fn frequencies(kappa: f64, spacing: f64) -> f64 {
 }
 
 /// Triangles with `unknowns` in each of `classes` systems and `images` mirror images.
-pub(super) fn triangles(unknowns: usize, [classes, images]: [usize; 2], kappa: f64, spacing: f64) -> f64 {
+pub(crate) fn triangles(unknowns: usize, systems: [usize; 2], kappa: f64, spacing: f64) -> f64 {
+    frequencies(kappa, spacing) * solve(unknowns, systems)
+}
+
+/// The same at one frequency.
+pub(crate) fn solve(unknowns: usize, [classes, images]: [usize; 2]) -> f64 {
     let n = unknowns as f64;
-    frequencies(kappa, spacing) * (0.43 * classes as f64 * n.powi(3) + 1500.0 * images as f64 * n * n)
+    0.43 * classes as f64 * n.powi(3) + 1500.0 * images as f64 * n * n
 }
 
 /// Curved patches with `unknowns` on an octant.
-pub(super) fn patches(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
+pub(crate) fn patches(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
     let n = unknowns as f64;
     frequencies(kappa, spacing) * 6.0 * (4.0 * n.powi(3) + 300.0 * n * n)
 }
 
 /// A meridian with `unknowns` at the highest frequency.
-pub(super) fn meridian(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
+pub(crate) fn meridian(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
     frequencies(kappa, spacing) * 3400.0 * (unknowns as f64).powi(2)
 }
 
 /// Six motions on a grid.
-pub(super) fn time_domain(cells: f64, steps: f64) -> f64 {
+pub(crate) fn time_domain(cells: f64, steps: f64) -> f64 {
     6.0 * 12.5 * cells * steps
 }

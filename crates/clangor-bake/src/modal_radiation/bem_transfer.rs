@@ -18,8 +18,9 @@
 //! Lengths are in bounding radii, and the choice of triangles ignores digits at rounding level. A body of
 //! another size has the same triangles, scaled, and with its frequencies in proportion the same transfers.
 //!
-//! The power is too low by 0.2 % with nine edges per wavelength and by 1.7 % with five; at least six are
-//! used. The error grows with k^3.5 (spheres of 1280 triangles, n ≤ 5; tests/analytic_modal_sphere_flat.rs).
+//! The power is too low by 0.2 % with nine edges per wavelength and by 1.7 % with five; six are used, and
+//! fewer for bodies of many unknowns. The error grows with k^3.5 (spheres of 1280 triangles, n ≤ 5;
+//! tests/analytic_modal_sphere_flat.rs).
 
 use std::ops::ControlFlow;
 

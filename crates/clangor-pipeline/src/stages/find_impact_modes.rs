@@ -146,7 +146,8 @@ fn forms(loaded: &LoadedScene, remarks: &mut Vec<String>) -> Vec<Form> {
         known.push((surface, body, at));
         if forms.len() > MOST_FORMS {
             remarks.push(format!(
-                "more than {MOST_FORMS} different thin bodies: all bodies collide rigidly in this scene"
+                "more than {MOST_FORMS} different thin or supported bodies: all bodies collide rigidly in this \
+                 scene"
             ));
             return Vec::new();
         }

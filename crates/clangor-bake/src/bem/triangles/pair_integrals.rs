@@ -78,7 +78,7 @@ impl PairIntegrator<'_> {
         // Separate pair: subdivision. Touching pair: Sauter and Schwab's rule, with shared corners first.
         let shared = self.shared(t, s);
         if shared.is_empty() {
-            close_pair(self.test, self.source, ((t, s), self.rules.deepest()), &mut add);
+            close_pair(self.test, self.source, ((t, s), self.rules), &mut add);
         } else {
             let (p, q) =
                 (leading(self.test.triangles[t], &shared), leading(self.source.triangles[s], &shared));

@@ -2,7 +2,8 @@
 //!
 //! Touching pairs share a corner, an edge or the whole triangle: the coordinates of Sauter and Schwab,
 //! *Boundary Element Methods*, §5.2, in which the integrand 1/r is smooth, with Gauss points. Close pairs are
-//! divided into four until the pieces are as far apart as their size, with six points on each.
+//! divided into four until the pieces are as far apart as their size, with six points on each, or three in a
+//! draft.
 
 use super::panels::Panels;
 use crate::effort::Effort;
@@ -44,6 +45,8 @@ pub(super) fn six_points() -> [TrianglePoint; 6] {
 #[derive(Clone, Debug)]
 pub(super) struct TouchingRules {
     sharing: [Vec<PairPoint>; 3],
+    /// Of each piece of a close pair.
+    close: Vec<TrianglePoint>,
     /// Most halvings of one close pair, both triangles together.
     deepest: u32,
 }
@@ -51,20 +54,21 @@ pub(super) struct TouchingRules {
 impl TouchingRules {
     /// Rules with the given Gauss points in each of the four directions.
     pub(super) fn new(corner: usize, edge: usize, same: usize) -> Self {
-        Self { sharing: [touching(1, corner), touching(2, edge), touching(3, same)], deepest: DEEPEST }
+        Self {
+            sharing: [touching(1, corner), touching(2, edge), touching(3, same)],
+            close: six_points().to_vec(),
+            deepest: DEEPEST,
+        }
     }
 
     /// As precise as a solve of this effort needs.
     pub(super) fn of(effort: Effort) -> Self {
         match effort {
             Effort::Exact => Self::new(2, 3, 3),
-            Effort::Draft => Self { deepest: DEEPEST_OF_DRAFTS, ..Self::new(2, 2, 2) },
+            Effort::Draft => {
+                Self { close: THREE_POINTS.to_vec(), deepest: DEEPEST_OF_DRAFTS, ..Self::new(2, 2, 2) }
+            }
         }
-    }
-
-    /// Most halvings of one close pair.
-    pub(super) fn deepest(&self) -> u32 {
-        self.deepest
     }
 
     /// The rule for a pair that shares so many corners, 1 to 3.
@@ -135,17 +139,17 @@ const DEEPEST_OF_DRAFTS: u32 = 3;
 pub(super) fn close_pair(
     test: &Panels,
     source: &Panels,
-    (pair, deepest): ((usize, usize), u32),
+    (pair, rules): ((usize, usize), &TouchingRules),
     add: &mut impl FnMut(Shares, Shares, f64),
 ) {
     let whole = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let rule = six_points();
+    let TouchingRules { close: rule, deepest, .. } = rules;
     let mut pending = vec![(whole, 0_u32, whole, 0_u32)];
     while let Some((u, depth_u, v, depth_v)) = pending.pop() {
         let half = |depth: u32| 0.5_f64.powi(depth as i32);
         let (radius_u, radius_v) = (test.radii[pair.0] * half(depth_u), source.radii[pair.1] * half(depth_v));
         let (x, y) = (test.point(pair.0, centre(&u)), source.point(pair.1, centre(&v)));
-        if x.distance(y) < SEPARATION * (radius_u + radius_v) && depth_u + depth_v < deepest {
+        if x.distance(y) < SEPARATION * (radius_u + radius_v) && depth_u + depth_v < *deepest {
             if radius_u >= radius_v {
                 pending.extend(quarters(&u).map(|u| (u, depth_u + 1, v, depth_v)));
             } else {
@@ -154,8 +158,8 @@ pub(super) fn close_pair(
             continue;
         }
         let weight = half(2 * (depth_u + depth_v));
-        for (p, wp) in &rule {
-            for (q, wq) in &rule {
+        for (p, wp) in rule {
+            for (q, wq) in rule {
                 add(inside(&u, *p), inside(&v, *q), weight * wp * wq);
             }
         }

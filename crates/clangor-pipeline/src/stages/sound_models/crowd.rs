@@ -10,6 +10,7 @@ use std::sync::Arc;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::BodyId;
 
+use super::modal_plan::vibrates_alike;
 use super::piece_proxies::Candidate;
 use crate::formats::modal_soundbank::is_at_hand;
 use crate::formats::model_cache::ModelCache;
@@ -40,7 +41,7 @@ pub(super) fn divide(
     for candidate in crowd {
         let same = |other: &Candidate| {
             Arc::ptr_eq(&other.body.surface, &candidate.body.surface)
-                && other.body.material == candidate.body.material
+                && vibrates_alike(&other.body, &candidate.body)
         };
         match divided.loudest.iter().position(|form| same(&form[0])) {
             Some(at) => divided.loudest[at].push(candidate),

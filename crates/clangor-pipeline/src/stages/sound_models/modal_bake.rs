@@ -85,7 +85,8 @@ impl RequestedPart for ModalBake {
     }
 
     fn operations(&self, geometry: &BakeGeometry) -> f64 {
-        cost::of_modes(geometry, &self.material, &self.options)
+        let free = cost::of_finding_modes(geometry, &self.material, &self.options);
+        cost::of_modes(geometry, &self.material, &self.options) + self.operations_of_modes(geometry) - free
     }
 }
 

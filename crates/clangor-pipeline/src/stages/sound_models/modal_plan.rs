@@ -257,8 +257,7 @@ impl ModalPlan {
         let Divided { loudest, others, silent } = divide(crowd, &self.energies, (&options, cache));
         for form in loudest {
             let body = &form[0].body;
-            let Ok(request) = SoundModelRequest::of_body(body, ModalBake::new(&body.material, options))
-            else {
+            let Ok(request) = SoundModelRequest::of_body(body, ModalBake::of_body(body, options)) else {
                 continue;
             };
             let own = form.iter().map(|candidate| candidate.id);
@@ -271,8 +270,7 @@ impl ModalPlan {
         silent
     }
 
-    /// Decides which candidates have the modes of an ellipsoid, and requests modes of their own for those
-    /// that
+    /// Decides which candidates have the modes of an ellipsoid, and requests modes of their own for those that
     /// do not.
     fn choose_proxies(
         &mut self,

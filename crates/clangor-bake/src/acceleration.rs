@@ -21,6 +21,7 @@ use num_complex::{Complex32, Complex64};
 
 pub(crate) use self::cavities::has_cavities;
 pub use self::draft::DRAFT_ACCURACY;
+pub(crate) use self::draft::{meridian_options, suits_meridian};
 use self::frequencies::{Band, FittedBand, solve_band};
 pub use self::plan::estimated_operations;
 use self::solvers::prepare;
@@ -210,7 +211,10 @@ pub fn resume_bake(
         above: prepared.above.iter().map(|k| k * radius).collect(),
         most_solves: prepared.most_solves,
     };
-    let (model, mut evidence) = fitted_model(&*prepared.solver, &plan, &options, resumption, progress)?;
+    let (mut model, mut evidence) = fitted_model(&*prepared.solver, &plan, &options, resumption, progress)?;
+    if let Some(last) = plan.above.last() {
+        model.field.max_wavenumber = *last;
+    }
     evidence.method = prepared.method.into();
     evidence.unknowns = prepared.unknowns;
     evidence.warnings.extend(prepared.warnings);

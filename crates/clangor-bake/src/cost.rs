@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! fields      those of [`operations`], from unknowns that volume, area and band suggest
-//! modes       500 u² (1 + M/100) of cells, 5 u² (1 + M/100) of tetrahedra, 5e8 M of a section
+//! modes       500 u² (1 + M/100) of cells, 5 u² (1 + M/100) of tetrahedra, 2e8 M of a section
 //! transfers   those of the boundary elements, for as many wavenumbers as the modes need
 //! draft       [`DRAFT`] for each part
 //! ```

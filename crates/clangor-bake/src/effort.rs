@@ -7,6 +7,6 @@ pub enum Effort {
     #[default]
     Exact,
     /// A few seconds for any body: fields and transfers by a few hundred unknowns, about a hundred modes on a
-    /// coarse mesh. Its errors are said, not kept.
+    /// coarse mesh. Its errors are reported, not bounded.
     Draft,
 }

@@ -19,8 +19,7 @@ use clangor_core::sound_model::files::modal_file::round_shape;
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 
-use crate::acceleration::{BakeError, BakeProgress};
-use crate::bem::axisymmetric::AxisymmetricOptions;
+use crate::acceleration::{BakeError, BakeProgress, meridian_options, suits_meridian};
 pub use crate::effort::Effort;
 use crate::fem::{ElasticConstants, ElasticError};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
@@ -234,7 +233,7 @@ pub fn radiate(
     if on_progress(0.0).is_break() {
         return Err(ModalBakeError::Interrupted);
     }
-    let (solver, method) = solver(geometry, model, options)?;
+    let (solver, method) = solver(geometry, model, options, &mut evidence.warnings)?;
     let motions: Vec<ModalMotion<'_>> = known
         .iter()
         .map(|m| ModalMotion { wavenumber: wavenumber(m.frequency, options), shape: &m.shape })
@@ -247,25 +246,19 @@ pub fn radiate(
     Ok(())
 }
 
-/// Nodes on the shortest wave of a draft on the meridian.
-const DRAFT_NODES_PER_WAVE: f64 = 4.0;
-
 /// The radiation solver for a geometry.
 fn solver(
     geometry: &BakeGeometry,
     model: &ModalModel,
     options: &ModalBakeOptions,
+    warnings: &mut Vec<String>,
 ) -> Result<(Box<dyn ModalSolver>, &'static str), ModalBakeError> {
-    if let Some(Axisymmetry { meridian, axis }) = geometry.axisymmetry() {
+    let highest = model.known_modes().last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
+    let is_draft = options.effort == Effort::Draft;
+    let form = geometry.axisymmetry().filter(|form| !is_draft || suits_meridian(form, highest));
+    if let Some(Axisymmetry { meridian, axis }) = form {
         let solver = AxisymmetricModalSolver::new(&meridian, axis);
-        let solver = match options.effort {
-            Effort::Exact => solver,
-            Effort::Draft => solver.with_options(AxisymmetricOptions {
-                nodes_per_wavelength: DRAFT_NODES_PER_WAVE,
-                edge_levels: 2,
-                ..AxisymmetricOptions::new(0.0)
-            }),
-        };
+        let solver = if is_draft { solver.with_options(meridian_options(0.0)) } else { solver };
         return Ok((Box::new(solver), "boundary elements on the meridian"));
     }
     let quarters;
@@ -276,14 +269,14 @@ fn solver(
             &quarters
         }
     };
-    let highest = model.known_modes().last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
     let solver = match options.effort {
         Effort::Exact => {
             let count = model.known_modes().len();
             match SurfaceModes::try_new(triangles, highest, count, options.accuracy) {
                 Ok(exact) => exact,
                 // A body too large or too thin for the accuracy rings by a draft of its sound.
-                Err(_) => {
+                Err(error) => {
+                    warnings.push(format!("the sound of its modes is a draft: {error}"));
                     let method = "boundary elements on few triangles, as a draft";
                     return Ok((Box::new(SurfaceModes::draft(triangles)?), method));
                 }

@@ -71,8 +71,8 @@ fn places(model: &ModalModel) -> Vec<([u32; 3], DVec3)> {
     let (mut found, mut sum) = (Vec::new(), 0.0);
     for t in 0..mesh.triangles.len() {
         let vector = mesh.area_vector(t);
-        sum += 0.5 * vector.length() / total * PLACES as f64;
-        if found.len() as f64 + 0.5 < sum {
+        sum += vector.length() / total * PLACES as f64;
+        while found.len() as f64 + 0.5 < sum {
             found.push((mesh.triangles[t], vector.normalize()));
         }
     }
@@ -87,8 +87,6 @@ fn listener(q: usize) -> DVec3 {
     DVec3::new(across * turn.cos(), z, across * turn.sin())
 }
 
-/// Energy of the sound of a mode, in the mean over places and listeners: [of its vibration
-/// wherever it is struck, heard from some places, radiated in all directions wherever it is struck].
 /// ⟨(U·n)²⟩ over a surface.
 fn mean_square(mesh: &TriMesh, shape: &[DVec3]) -> f64 {
     let part = |t: &[u32; 3]| {
@@ -101,6 +99,8 @@ fn mean_square(mesh: &TriMesh, shape: &[DVec3]) -> f64 {
     sum / area
 }
 
+/// Energy of the sound of a mode, in the mean over places and listeners: of its vibration wherever it is struck,
+/// heard from some places, and radiated in all directions wherever it is struck.
 fn energies(body: &Known, model: &ModalModel, places: &[([u32; 3], DVec3)], mode: &ModalMode) -> [f64; 3] {
     let at = |(nodes, normal): &([u32; 3], DVec3)| {
         let mean = nodes.iter().map(|i| mode.shape[*i as usize]).sum::<DVec3>() / 3.0;

@@ -76,5 +76,5 @@ fn a_narrower_band_is_said() {
     let needle = BakeGeometry::axisymmetric(Meridian::spheroid(0.02, 3.0).unwrap());
     let evidence = evidence(&needle, 20e3, 0.02, Method::Auto).unwrap();
     let [warning] = &evidence.warnings[..] else { panic!("{:?}", evidence.warnings) };
-    assert!(warning.starts_with("it clicks exactly up to 2.6 kHz in air and not at all above"), "{warning}");
+    assert!(warning.starts_with("it clicks up to 2.6 kHz in air and not above"), "{warning}");
 }

@@ -24,7 +24,7 @@ use super::{BakeError, BakeOptions};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::TriangleSolver;
-use crate::geometry_class::bake_geometry::BakeGeometry;
+use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
 use crate::mesh::draft_surface::draft_surface;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
@@ -37,7 +37,7 @@ const HIGHEST: f64 = 24.0;
 /// Solves after the first ones.
 const MORE_SOLVES: usize = 4;
 /// Fewest and most vertices.
-const VERTICES: [f64; 2] = [250.0, 420.0];
+const VERTICES: [f64; 2] = [220.0, 340.0];
 /// Edges to a wave that the vertices aim at, and at the end of the band.
 const WANTED_EDGES: f64 = 4.0;
 const EDGES_PER_WAVE: f64 = 2.0;
@@ -45,8 +45,9 @@ const EDGES_PER_WAVE: f64 = 2.0;
 const HIGHEST_ON_PATCHES: f64 = 6.0;
 /// Most unknowns on a meridian.
 const MERIDIAN_UNKNOWNS: usize = 240;
-/// κ above the band, in its end, where the fall is sampled.
-const ABOVE: [f64; 4] = [1.1, 1.4, 2.0, 3.0];
+/// κ above the band where the fall is sampled: the first in its end, and the ratio of one to the next.
+const ABOVE: f64 = 1.1;
+const ABOVE_RATIO: f64 = 1.4;
 
 /// A solver of bounded work, and the band that it solves.
 pub(super) fn prepare_draft(geometry: &BakeGeometry, options: &BakeOptions) -> Result<Prepared, BakeError> {
@@ -66,12 +67,7 @@ pub(super) fn prepare_draft(geometry: &BakeGeometry, options: &BakeOptions) -> R
 /// A solver of high order, where the form has one and it is cheap.
 fn on_exact_form(geometry: &BakeGeometry, options: &BakeOptions, highest: f64) -> Option<Prepared> {
     if let Some(form) = geometry.axisymmetry() {
-        let settings = AxisymmetricOptions {
-            nodes_per_wavelength: WANTED_EDGES,
-            edge_levels: 2,
-            ..AxisymmetricOptions::new(highest)
-        };
-        let solver = AxisymmetricSolver::new(&form.meridian, form.axis, settings);
+        let solver = AxisymmetricSolver::new(&form.meridian, form.axis, meridian_options(highest));
         let unknowns = solver.unknowns();
         let method = "a draft by boundary elements on the meridian";
         return (unknowns <= MERIDIAN_UNKNOWNS)
@@ -92,6 +88,21 @@ fn on_exact_form(geometry: &BakeGeometry, options: &BakeOptions, highest: f64) -
     let solver = solver.ok().filter(|solver| solver.unknowns() <= MERIDIAN_UNKNOWNS)?;
     let unknowns = solver.unknowns();
     Some(prepared(Box::new(solver), options, highest, unknowns, "a draft by boundary elements on one octant"))
+}
+
+/// Nodes on the meridian of a draft, up to a wavenumber [1/m].
+pub(crate) fn meridian_options(highest: f64) -> AxisymmetricOptions {
+    AxisymmetricOptions {
+        nodes_per_wavelength: WANTED_EDGES,
+        edge_levels: 2,
+        ..AxisymmetricOptions::new(highest)
+    }
+}
+
+/// Whether a draft of a body of revolution has few unknowns on its meridian up to a wavenumber [1/m].
+pub(crate) fn suits_meridian(form: &Axisymmetry<'_>, highest: f64) -> bool {
+    let solver = AxisymmetricSolver::new(&form.meridian, form.axis, meridian_options(highest));
+    solver.unknowns() <= MERIDIAN_UNKNOWNS
 }
 
 /// The triangles of a draft up to a wavenumber [1/m], and the wavenumber up to which they are short enough.
@@ -116,14 +127,14 @@ fn prepared(
     let mut warnings = Vec::new();
     if ends_early {
         warnings.push(format!(
-            "its draft solves {:.0} % of the band; above, its clicks have the pattern of the last frequency",
+            "the draft solves its clicks up to {:.0} % of the band; above, they fall as 1/f",
             100.0 * end / asked
         ));
     }
     let spacing = SPACING;
     let steps = (end * solver.reference_radius() / spacing).ceil().max(3.0) as usize;
     let band = DraftBand { solver, end, last: OnceLock::new() };
-    let above = if ends_early { ABOVE.iter().map(|factor| factor * end).collect() } else { Vec::new() };
+    let above: Vec<f64> = if ends_early { falling(end, asked) } else { Vec::new() };
     Prepared {
         solver: Box::new(band),
         spacing,
@@ -131,9 +142,15 @@ fn prepared(
         unknowns,
         warnings,
         highest: end,
+        most_solves: Some(steps + above.len() + 2 + MORE_SOLVES),
         above,
-        most_solves: Some(steps + ABOVE.len() + 2 + MORE_SOLVES),
     }
+}
+
+/// Wavenumbers above the end of a band, up to that asked for.
+fn falling(end: f64, asked: f64) -> Vec<f64> {
+    let steps = std::iter::successors(Some(ABOVE * end), |k| Some(ABOVE_RATIO * k));
+    steps.take_while(|k| *k < asked / ABOVE).chain([asked]).collect()
 }
 
 /// A solver up to the end of its band, and the fall above it.

@@ -160,9 +160,9 @@ impl<'a> FieldPlan<'a> {
 fn narrowed(k: f64, asked: f64) -> String {
     let kilohertz = |k: f64| k * Medium::AIR.sound_speed / TAU / 1e3;
     format!(
-        "it clicks exactly up to {:.1} kHz in air and not at all above: its field up to {:.1} kHz is more \
-         work than is done unasked, or does not fit in memory; a coarser --accuracy takes it further, and so \
-         may --method bem or --method fdtd, at any length of time",
+        "it clicks up to {:.1} kHz in air and not above: its field up to {:.1} kHz exceeds the limit of work or \
+         of memory; a coarser --accuracy takes it further, and --method bem or --method fdtd lifts the limit of \
+         work",
         kilohertz(k),
         kilohertz(asked)
     )
@@ -368,7 +368,7 @@ mod tests {
         let options = BakeOptions::new(TAU * frequency / 343.0, 0.01);
         let plan = FieldPlan::new(geometry, &options).expect("a plan");
         assert_eq!(plan.warnings.is_empty(), plan.max_wavenumber == options.max_wavenumber);
-        let said = "it clicks exactly up to ";
+        let said = "it clicks up to ";
         assert!(plan.warnings.iter().all(|warning| warning.starts_with(said)), "{:?}", plan.warnings);
         let operations = plan.candidates[0].1;
         (plan.candidates.into_iter().map(|c| c.0).collect(), plan.max_wavenumber, operations)

@@ -16,7 +16,7 @@ pub(super) struct Prepared {
     pub(super) unknowns: usize,
     /// Warnings for the user.
     pub(super) warnings: Vec<String>,
-    /// Wavenumbers [1/m] above it that it knows.
+    /// Wavenumbers [1/m] above it that it knows, ascending: the field goes up to the last.
     pub(super) above: Vec<f64>,
     /// Most solves; as many as the band may need without.
     pub(super) most_solves: Option<usize>,

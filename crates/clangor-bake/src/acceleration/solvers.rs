@@ -37,6 +37,9 @@ pub(super) fn prepare(
         match solver_of(geometry, candidate, &plan, &options, progress) {
             Ok(mut prepared) => {
                 prepared.warnings.splice(0..0, plan.warnings.iter().cloned());
+                if let Some(error) = failure {
+                    prepared.warnings.push(format!("solved by {}, since {error}", prepared.method));
+                }
                 return Ok(prepared);
             }
             Err(BakeError::Interrupted) => return Err(BakeError::Interrupted),

@@ -200,8 +200,6 @@ impl FiniteCells {
     /// The stiffness of a tie on the nodes of both parts. Where they share a node, nothing is left to tie.
     fn tie(&self, k: usize, constants: &ElasticConstants) -> Blocks {
         let tie = &self.body.ties[k];
-        let ElasticConstants { lame_lambda: lambda, shear_modulus: mu, .. } = *constants;
-        let modulus = mu * (3.0 * lambda + 2.0 * mu) / (lambda + mu);
         let section = CellMatrices::new(&self.basis, self.grid.edge, &tie.weights);
         let nodes = &self.elements[self.body.parts.len() + k];
         let count = nodes.len();
@@ -214,7 +212,7 @@ impl FiniteCells {
             .flat_map(|(part, sign)| self.elements[*part].iter().enumerate().map(move |(i, n)| (i, n, sign)))
             .map(|(i, n, sign)| (i, nodes.partition_point(|other| other < n), sign))
             .collect();
-        let stiffness = TIE * modulus / self.wall;
+        let stiffness = TIE * constants.youngs_modulus() / self.wall;
         for (i, row, first) in &both {
             for (j, column, second) in &both {
                 values[row * count + column] += first * second * stiffness * section.mass(*i, *j);

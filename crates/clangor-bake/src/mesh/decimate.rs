@@ -7,7 +7,8 @@
 //! over the planes of the triangles of area A_t that a has gathered. Vertices that remain keep their places,
 //! so that they lie on the body. A vertex inherits the planes of those that collapsed onto it. The topology
 //! is preserved (link condition), and no triangle turns over. Shapes of triangles are not improved: the
-//! result carries values, it is not for boundary elements, which [`remesh`](super::remesh) serves.
+//! result carries values; boundary elements, but for drafts ([`draft_surface`](super::draft_surface)), need
+//! those of [`remesh`](super::remesh).
 //!
 //! Source: Garland, Heckbert (1997), "Surface simplification using quadric error metrics", SIGGRAPH.
 //! `Differs`: vertices do not move, and edges are taken by length, so that triangles stay of similar size.
@@ -212,12 +213,8 @@ mod tests {
         Topology::try_new(&coarse).expect("closed");
         let volume = |mesh: &TriMesh| MassProperties::of(mesh).expect("a solid").volume;
         let (left, loss) = (coarse.vertices.len(), volume(&coarse) / volume(&ring) - 1.0);
-        // Seen: see the assertion's message when it is lowered.
-        assert!(
-            20 * left < ring.vertices.len() && loss.abs() < 0.1,
-            "{left} of {} {loss}",
-            ring.vertices.len()
-        );
+        println!("{left} of {} vertices, volume off by {loss:.3}", ring.vertices.len());
+        assert!(20 * left < ring.vertices.len() && loss.abs() < 0.1, "{left} {loss}");
     }
 
     #[test]

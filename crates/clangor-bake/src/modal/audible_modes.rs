@@ -80,12 +80,16 @@ pub(super) fn audible_modes(
                     && needed.is_none() =>
             {
                 limit = (ABOVE_FIRST * first).min(options.max_frequency).min(radiating);
-                needed = Some(f64::INFINITY);
+                needed = Some((Excess::Elements, f64::INFINITY));
             }
-            Err(error) => match size_of(&error) {
-                Some(size) if limit * NARROWER > LOWEST && needed.is_none_or(|last| size < last) => {
+            Err(error) => match excess_of(&error, options.max_frequency.min(radiating)) {
+                Some((kind, size))
+                    if limit * NARROWER > LOWEST
+                        && kind != Excess::Narrow
+                        && needed.is_none_or(|(other, last)| kind != other || size < last) =>
+                {
                     limit *= NARROWER;
-                    needed = Some(size);
+                    needed = Some((kind, size));
                 }
                 Some(_) if effort == Effort::Exact => {
                     effort = Effort::Draft;
@@ -104,16 +108,33 @@ pub(super) fn audible_modes(
     }
 }
 
-/// What a lower limit would have to make smaller; `None` for errors that it does not mend.
-fn size_of(error: &ModalAnalysisError) -> Option<f64> {
+/// What is too much.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Excess {
+    Nodes,
+    Unknowns,
+    Elements,
+    Residual,
+    /// The band, once narrowed, has no mode of those that the body has.
+    Narrow,
+}
+
+/// What a lower limit or a draft would have to make smaller, and its size; `None` for errors that neither
+/// mends.
+fn excess_of(error: &ModalAnalysisError, highest: f64) -> Option<(Excess, f64)> {
     match error {
-        ModalAnalysisError::TooLarge { nodes, .. } => Some(*nodes as f64),
-        ModalAnalysisError::TooFine { nodes, .. } => Some(*nodes),
-        ModalAnalysisError::Modes(ModalError::Memory { unknowns }) => Some(*unknowns as f64),
-        ModalAnalysisError::Mesh(StuffingError::TooFine { .. } | StuffingError::Unresolved { .. }) => {
-            Some(f64::INFINITY)
+        ModalAnalysisError::TooLarge { nodes, .. } => Some((Excess::Nodes, *nodes as f64)),
+        ModalAnalysisError::TooFine { nodes, .. } => Some((Excess::Nodes, *nodes)),
+        ModalAnalysisError::Modes(ModalError::Memory { unknowns }) => {
+            Some((Excess::Unknowns, *unknowns as f64))
         }
-        ModalAnalysisError::Modes(ModalError::Inaccurate { residual }) => Some(*residual),
+        ModalAnalysisError::Mesh(StuffingError::TooFine { .. } | StuffingError::Unresolved { .. }) => {
+            Some((Excess::Elements, f64::INFINITY))
+        }
+        ModalAnalysisError::Modes(ModalError::Inaccurate { residual }) => Some((Excess::Residual, *residual)),
+        ModalAnalysisError::Modes(ModalError::Silent { first, .. }) if *first < highest => {
+            Some((Excess::Narrow, *first))
+        }
         _ => None,
     }
 }

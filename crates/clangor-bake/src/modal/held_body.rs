@@ -26,6 +26,9 @@ const RIGID_MOTIONS: usize = 6;
 /// Highest frequency of the motions of a whole free body on its supports, over that of its first own mode.
 pub const SOFT: f64 = 1.0 / 3.0;
 
+/// Factor on the limit of a search that found no more than the motions of the whole body.
+const WIDER: f64 = 2.0;
+
 /// What holds a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Held<'a> {
@@ -48,30 +51,45 @@ impl Held<'_> {
         progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
     ) -> Result<ModalAnalysis, ModalAnalysisError> {
         let supports = self.supports;
-        let found = match (supports.is_empty(), effort) {
-            (true, Effort::Exact) => return modal_analysis(geometry, constants, options, progress),
-            (true, Effort::Draft) => return draft_modal_analysis(geometry, constants, options, progress),
+        let mut find = |options: &ModalAnalysisOptions| match (supports.is_empty(), effort) {
+            (true, Effort::Exact) => modal_analysis(geometry, constants, options, progress),
+            (true, Effort::Draft) => draft_modal_analysis(geometry, constants, options, progress),
             (false, Effort::Exact) => {
-                supported_modal_analysis(geometry, constants, supports, options, progress)?
+                supported_modal_analysis(geometry, constants, supports, options, progress)
             }
             (false, Effort::Draft) => {
-                draft_supported_modal_analysis(geometry, constants, supports, options, progress)?
+                draft_supported_modal_analysis(geometry, constants, supports, options, progress)
             }
         };
-        if self.moves_freely { without_rigid_motions(found) } else { Ok(found) }
+        if supports.is_empty() || !self.moves_freely {
+            return find(options);
+        }
+        // The first mode that is no motion of the whole may lie above the limit.
+        let mut wider = *options;
+        let found = loop {
+            match find(&wider) {
+                Ok(found) if found.modes.len() > RIGID_MOTIONS => break found,
+                Ok(_) | Err(ModalAnalysisError::Modes(ModalError::Silent { .. })) => {
+                    wider.max_frequency *= WIDER;
+                }
+                Err(error) => return Err(error),
+            }
+        };
+        without_rigid_motions(found, options.max_frequency)
     }
 }
 
-fn without_rigid_motions(mut found: ModalAnalysis) -> Result<ModalAnalysis, ModalAnalysisError> {
-    let limit = found.max_frequency;
-    let frequency = |k: usize| found.modes.get(k).map_or(limit, |mode| mode.frequency);
-    let (whole, first) = (frequency(RIGID_MOTIONS - 1), frequency(RIGID_MOTIONS));
+/// The modes of more than the rigid motions, up to a limit \[Hz\].
+fn without_rigid_motions(mut found: ModalAnalysis, limit: f64) -> Result<ModalAnalysis, ModalAnalysisError> {
+    let [whole, first] = [RIGID_MOTIONS - 1, RIGID_MOTIONS].map(|k| found.modes[k].frequency);
     if whole > SOFT * first {
         return Err(SupportError::Stiff { whole, first }.into());
     }
     found.modes.drain(..RIGID_MOTIONS);
+    found.modes.retain(|mode| mode.frequency < limit);
+    found.max_frequency = limit;
     match found.modes.is_empty() {
-        true => Err(ModalError::Silent { first: limit, limit }.into()),
+        true => Err(ModalError::Silent { first, limit }.into()),
         false => Ok(found),
     }
 }

@@ -73,7 +73,7 @@ pub struct BemModalSolver {
 }
 
 /// Unknowns of a draft, and spacing in κ of its ladder.
-const DRAFT_UNKNOWNS: f64 = 400.0;
+const DRAFT_UNKNOWNS: f64 = 320.0;
 const DRAFT_SPACING: f64 = 1.6;
 
 /// A mesh and its band.

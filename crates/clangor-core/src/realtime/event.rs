@@ -148,7 +148,8 @@ impl ImpactEvent {
     /// The events of an impact on one of its sides: A is 0 and B is 1.
     ///
     /// There is one event for each contact point, with the force on the modes there. The first one also has
-    /// the changes of the velocities. A sphere has only the first; none if contacts cannot move the body.
+    /// the changes of the velocities. A sphere has only the first; a body that contacts neither move nor set
+    /// into vibration has none.
     /// All have the history of the pulse; a closed profile of the pulse is left to the engine.
     pub fn of_side(
         target: ImpactTarget,

@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::pair_integrals::{Block, PairIntegrator};
-use super::pair_rules::{SEPARATION, TouchingRules};
+use super::pair_rules::TouchingRules;
 use super::panels::Panels;
 use crate::effort::Effort;
 
@@ -58,7 +58,9 @@ impl NearSystem {
     pub(super) fn new(panels: &Panels, images: &[DVec3], highest: f64, effort: Effort) -> Self {
         let rules = TouchingRules::of(effort);
         let mirrored: Vec<Panels> = images.iter().map(|signs| panels.image(*signs)).collect();
-        let pairs: Vec<Vec<(u32, u32)>> = mirrored.iter().map(|source| near_pairs(panels, source)).collect();
+        let separation = rules.separation();
+        let pairs: Vec<Vec<(u32, u32)>> =
+            mirrored.iter().map(|source| near_pairs(panels, source, separation)).collect();
         let reach = mirrored
             .iter()
             .zip(&pairs)
@@ -189,14 +191,14 @@ fn nodes(highest: f64, reach: f64, error: f64) -> Vec<f64> {
     (0..count).map(|q| highest * (PI * (q as f64 + 0.5) / (2 * count) as f64).cos()).collect()
 }
 
-/// Pairs closer than [`SEPARATION`], each once.
-fn near_pairs(test: &Panels, source: &Panels) -> Vec<(u32, u32)> {
+/// Pairs closer than a separation, in the sum of their radii, each once.
+fn near_pairs(test: &Panels, source: &Panels, separation: f64) -> Vec<(u32, u32)> {
     let count = test.triangles.len();
     (0..count)
         .into_par_iter()
         .map(|t| {
             let near = |s: &usize| {
-                let limit = SEPARATION * (test.radii[t] + source.radii[*s]);
+                let limit = separation * (test.radii[t] + source.radii[*s]);
                 test.centroids[t].distance_squared(source.centroids[*s]) <= limit * limit
             };
             (t..count).filter(near).map(|s| (t as u32, s as u32)).collect::<Vec<_>>()

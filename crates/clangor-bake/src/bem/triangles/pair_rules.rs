@@ -49,6 +49,8 @@ pub(super) struct TouchingRules {
     close: Vec<TrianglePoint>,
     /// Most halvings of one close pair, both triangles together.
     deepest: u32,
+    /// Distance of their centres from which on pieces count as separate, in the sum of their radii.
+    separation: f64,
 }
 
 impl TouchingRules {
@@ -58,6 +60,7 @@ impl TouchingRules {
             sharing: [touching(1, corner), touching(2, edge), touching(3, same)],
             close: six_points().to_vec(),
             deepest: DEEPEST,
+            separation: SEPARATION,
         }
     }
 
@@ -65,10 +68,18 @@ impl TouchingRules {
     pub(super) fn of(effort: Effort) -> Self {
         match effort {
             Effort::Exact => Self::new(2, 3, 3),
-            Effort::Draft => {
-                Self { close: THREE_POINTS.to_vec(), deepest: DEEPEST_OF_DRAFTS, ..Self::new(2, 2, 2) }
-            }
+            Effort::Draft => Self {
+                close: THREE_POINTS.to_vec(),
+                deepest: DEEPEST_OF_DRAFTS,
+                separation: SEPARATION_OF_DRAFTS,
+                ..Self::new(2, 2, 2)
+            },
         }
+    }
+
+    /// Distance of the centres of near triangles, in the sum of their radii.
+    pub(super) fn separation(&self) -> f64 {
+        self.separation
     }
 
     /// The rule for a pair that shares so many corners, 1 to 3.
@@ -128,7 +139,9 @@ fn touching(shared: usize, order: usize) -> Vec<PairPoint> {
 }
 
 /// Pieces are integrated when their centres are farther apart than this times the sum of their radii.
-pub(super) const SEPARATION: f64 = 1.3;
+const SEPARATION: f64 = 1.3;
+/// The same for drafts.
+const SEPARATION_OF_DRAFTS: f64 = 1.0;
 
 /// Most halvings of one pair, both triangles together.
 const DEEPEST: u32 = 8;
@@ -143,13 +156,13 @@ pub(super) fn close_pair(
     add: &mut impl FnMut(Shares, Shares, f64),
 ) {
     let whole = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let TouchingRules { close: rule, deepest, .. } = rules;
+    let TouchingRules { close: rule, deepest, separation, .. } = rules;
     let mut pending = vec![(whole, 0_u32, whole, 0_u32)];
     while let Some((u, depth_u, v, depth_v)) = pending.pop() {
         let half = |depth: u32| 0.5_f64.powi(depth as i32);
         let (radius_u, radius_v) = (test.radii[pair.0] * half(depth_u), source.radii[pair.1] * half(depth_v));
         let (x, y) = (test.point(pair.0, centre(&u)), source.point(pair.1, centre(&v)));
-        if x.distance(y) < SEPARATION * (radius_u + radius_v) && depth_u + depth_v < *deepest {
+        if x.distance(y) < separation * (radius_u + radius_v) && depth_u + depth_v < *deepest {
             if radius_u >= radius_v {
                 pending.extend(quarters(&u).map(|u| (u, depth_u + 1, v, depth_v)));
             } else {

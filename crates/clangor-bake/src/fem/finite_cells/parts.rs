@@ -127,7 +127,11 @@ impl Parts {
         edge: f64,
     ) {
         let DividedCell { division, walls, ties } = found;
-        let group = without_slivers(&walls, &ties);
+        let mut group = without_slivers(&walls, &ties);
+        if walls.iter().all(|(own, _)| own.filled() <= DROPPED) {
+            // A cell that hardly touches the body has one part.
+            group.fill(0);
+        }
         let first = self.parts.len();
         let mut parts = vec![None; walls.len()];
         for wall in 0..walls.len() {
@@ -141,7 +145,7 @@ impl Parts {
                 own.add(other);
                 chain.extend(more.clone());
             }
-            if own.filled() > DROPPED {
+            if own.filled() > DROPPED || group.iter().all(|first| *first == wall) {
                 parts[wall] = Some(self.parts.len());
                 chain.caps.retain(|cap| matches!(cap.origin, Origin::Face(_)));
                 self.parts.push(Part {

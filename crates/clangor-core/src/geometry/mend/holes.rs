@@ -64,12 +64,16 @@ pub(super) fn close_holes(work: &mut Repair) -> Result<(), MeshError> {
 /// Closed chains of directed edges; `None` if some end nowhere. A vertex at which several meet parts them.
 fn chains(mut next: BTreeMap<u32, Vec<u32>>) -> Option<Vec<Vec<u32>>> {
     let mut loops = Vec::new();
-    while let Some((start, _)) = next.iter().find(|(_, ends)| !ends.is_empty()) {
-        let mut chain = vec![*start];
-        let mut place = HashMap::from([(*start, 0)]);
+    while let Some(start) = next.first_key_value().map(|(start, _)| *start) {
+        let mut chain = vec![start];
+        let mut place = HashMap::from([(start, 0)]);
         loop {
             let here = *chain.last()?;
-            let to = next.get_mut(&here)?.pop()?;
+            let ends = next.get_mut(&here)?;
+            let to = ends.pop()?;
+            if ends.is_empty() {
+                next.remove(&here);
+            }
             if let Some(k) = place.get(&to).copied() {
                 let closed = chain.split_off(k);
                 for i in &closed {
@@ -84,7 +88,6 @@ fn chains(mut next: BTreeMap<u32, Vec<u32>>) -> Option<Vec<Vec<u32>>> {
             place.insert(to, chain.len());
             chain.push(to);
         }
-        next.retain(|_, ends| !ends.is_empty());
     }
     Some(loops)
 }

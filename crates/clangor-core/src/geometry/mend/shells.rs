@@ -12,6 +12,9 @@ use super::super::tri_mesh::TriMesh;
 use super::edges::{Sides, patches};
 use super::{DUST, Fault, Repair};
 
+/// Crossings among which one of two shells is looked for.
+const MOST_CROSSINGS: usize = 10_000;
+
 struct Shell {
     part: TriMesh,
     triangles: Vec<usize>,
@@ -41,7 +44,7 @@ pub(super) fn keep_one_solid(work: &mut Repair) -> Result<(), MeshError> {
     let shells = drop_dust(work, shells_of(&work.mesh));
     if shells.len() > 1 {
         let topology = Topology::try_new(&work.mesh)?;
-        let found = crossings(&work.mesh, &topology, &SurfaceTree::new(&work.mesh), usize::MAX);
+        let found = crossings(&work.mesh, &topology, &SurfaceTree::new(&work.mesh), MOST_CROSSINGS);
         refuse_crossing_shells(&work.mesh, &found)?;
     }
     let shells = turn_outwards(work, shells);
@@ -120,8 +123,8 @@ fn turn_outwards(work: &mut Repair, mut shells: Vec<Shell>) -> Vec<Shell> {
     }
     for k in 1..shells.len() {
         let x = shells[k].part.vertices[0];
-        let free = !shells.iter().enumerate().any(|(j, other)| j != k && other.holds(x));
-        if free && shells[k].volume < 0.0 {
+        let is_held = || shells.iter().enumerate().any(|(j, other)| j != k && other.holds(x));
+        if shells[k].volume < 0.0 && !is_held() {
             turn(work, &mut shells[k]);
             work.note(Fault::InsideOut, shells[k].triangles.len(), x);
         }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::geometry::LoadedGeometry;
 use super::problems::Problems;
 use crate::body::support::{Support, SupportKind, SupportRegion, free_motions};
-use crate::body::{Body, MeshSurface, Motion, Surface};
+use crate::body::{Body, MeshSurface, Surface};
 use crate::scene::body_description::BodyDescription;
 use crate::scene::diagnostic::{Place, Problem};
 use crate::scene::support_problem::SupportProblem;
@@ -59,7 +59,7 @@ pub(super) fn supports(
     let clamp = DVec3::splat(if finite > 0.0 { finite } else { 1.0 });
     held.iter_mut().filter(|(_, k)| !k.is_finite()).for_each(|(_, k)| *k = clamp);
     let motions = free_motions(&held);
-    if whole && motions > 0 && body.motion != Motion::Free {
+    if whole && motions > 0 {
         problems.error(first.place.clone(), Problem::Support(SupportProblem::Free { body: name(), motions }));
     }
     all.into_iter().map(|(support, _)| support).collect()

@@ -99,8 +99,8 @@ fn mean_square(mesh: &TriMesh, shape: &[DVec3]) -> f64 {
     sum / area
 }
 
-/// Energy of the sound of a mode, in the mean over places and listeners: of its vibration wherever it is struck,
-/// heard from some places, and radiated in all directions wherever it is struck.
+/// Energy of the sound of a mode, in the mean over places and listeners: of its vibration wherever it is
+/// struck, heard from some places, and radiated in all directions wherever it is struck.
 fn energies(body: &Known, model: &ModalModel, places: &[([u32; 3], DVec3)], mode: &ModalMode) -> [f64; 3] {
     let at = |(nodes, normal): &([u32; 3], DVec3)| {
         let mean = nodes.iter().map(|i| mode.shape[*i as usize]).sum::<DVec3>() / 3.0;

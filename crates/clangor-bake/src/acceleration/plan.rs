@@ -160,9 +160,9 @@ impl<'a> FieldPlan<'a> {
 fn narrowed(k: f64, asked: f64) -> String {
     let kilohertz = |k: f64| k * Medium::AIR.sound_speed / TAU / 1e3;
     format!(
-        "it clicks up to {:.1} kHz in air and not above: its field up to {:.1} kHz exceeds the limit of work or \
-         of memory; a coarser --accuracy takes it further, and --method bem or --method fdtd lifts the limit of \
-         work",
+        "it clicks up to {:.1} kHz in air and not above: its field up to {:.1} kHz exceeds the limit of \
+         work or of memory; a coarser --accuracy takes it further, and --method bem or --method fdtd lifts \
+         the limit of work",
         kilohertz(k),
         kilohertz(asked)
     )

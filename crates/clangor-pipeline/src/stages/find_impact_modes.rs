@@ -46,8 +46,8 @@ use clangor_core::synthesis::SoundPart;
 use super::impact_modes::{ImpactModes, ModalShapes};
 use super::load::LoadedScene;
 use super::simulate::solver;
-use super::sound_models::modal_bake::obtain_modes;
-use super::sound_models::modal_plan::{MOST_FORMS, vibrates_alike};
+use super::sound_models::modal_bake::{obtain_modes, vibrates_alike};
+use super::sound_models::modal_plan::MOST_FORMS;
 use super::sound_models::request::RequestedPart;
 use super::sound_models::{ModalBake, SoundModelError, SoundModelProgress, SoundModelRequest};
 use crate::formats::model_cache::ModelCache;
@@ -146,8 +146,8 @@ fn forms(loaded: &LoadedScene, remarks: &mut Vec<String>) -> Vec<Form> {
         known.push((surface, body, at));
         if forms.len() > MOST_FORMS {
             remarks.push(format!(
-                "more than {MOST_FORMS} different thin or supported bodies: all bodies collide rigidly in this \
-                 scene"
+                "more than {MOST_FORMS} different thin or supported bodies: all bodies of this scene collide \
+                 rigidly"
             ));
             return Vec::new();
         }

@@ -8,7 +8,6 @@ use std::time::Instant;
 
 use clangor_bake::acceleration::{BakeOptions, BakeProgress};
 use clangor_bake::cost::{of_field, seconds};
-use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::sound_model::SoundRule;
 use clangor_core::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
@@ -22,7 +21,7 @@ use super::error::SoundModelError;
 use super::obtain::{Obtained, obtain};
 use super::progress::SoundModelProgress;
 use super::report::ObtainedModel;
-use super::request::{RequestedPart, SoundModelRequest};
+use super::request::{RequestedPart, SoundModelRequest, recognised};
 use super::store::SoundModelStore;
 use crate::formats::model_cache::model_key;
 
@@ -79,7 +78,7 @@ impl AccelerationSettings {
             }
             let address = Arc::as_ptr(&body.surface).addr();
             let key = keys.entry(address).or_insert_with(|| {
-                let geometry = BakeGeometry::of_mesh(&surface.mesh);
+                let geometry = recognised(&surface.mesh);
                 cost += seconds(of_field(&geometry, &self.options));
                 model_key(&geometry, &self.options)
             });

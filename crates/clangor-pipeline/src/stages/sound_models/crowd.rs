@@ -10,7 +10,7 @@ use std::sync::Arc;
 use clangor_bake::modal::ModalBakeOptions;
 use clangor_core::body::BodyId;
 
-use super::modal_plan::vibrates_alike;
+use super::modal_bake::vibrates_alike;
 use super::piece_proxies::Candidate;
 use crate::formats::modal_soundbank::is_at_hand;
 use crate::formats::model_cache::ModelCache;

@@ -72,6 +72,13 @@ impl ModalBake {
     }
 }
 
+/// Whether bodies of the same surface have the same modes.
+pub(crate) fn vibrates_alike(body: &Body, other: &Body) -> bool {
+    body.material == other.material
+        && body.supports == other.supports
+        && (body.supports.is_empty() || (body.motion == Motion::Free) == (other.motion == Motion::Free))
+}
+
 impl RequestedPart for ModalBake {
     fn key(&self, geometry: &BakeGeometry) -> String {
         match &self.known {

@@ -28,7 +28,7 @@ use clangor_core::synthesis::{BodyModes, NoModes, SoundPart};
 
 use super::crowd::{Divided, divide};
 use super::error::SoundModelError;
-use super::modal_bake::ModalBake;
+use super::modal_bake::{ModalBake, vibrates_alike};
 use super::obtain::{Obtained, obtain};
 use super::piece_proxies::{Candidate, Choice, choose};
 use super::progress::SoundModelProgress;
@@ -270,8 +270,8 @@ impl ModalPlan {
         silent
     }
 
-    /// Decides which candidates have the modes of an ellipsoid, and requests modes of their own for those that
-    /// do not.
+    /// Decides which candidates have the modes of an ellipsoid, and requests modes of their own for the
+    /// others.
     fn choose_proxies(
         &mut self,
         cache: Option<&ModelCache>,
@@ -314,13 +314,6 @@ impl ModalPlan {
         }
         Ok(())
     }
-}
-
-/// Whether bodies of the same surface have the same modes.
-pub(crate) fn vibrates_alike(body: &Body, other: &Body) -> bool {
-    body.material == other.material
-        && body.supports == other.supports
-        && (body.supports.is_empty() || (body.motion == Motion::Free) == (other.motion == Motion::Free))
 }
 
 /// Who has modes of its own, and all that is known of the others.

@@ -1,11 +1,17 @@
 //! A request for one part of the sound model of a body: what is baked, how, and under which key it is kept.
 
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
+
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_core::body::{Body, Surface};
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
 use clangor_core::sound_model::files::model_file::Solid;
+
+/// Meshes whose forms are kept.
+const KEPT: usize = 16;
 
 /// A request for the part `P` of a sound model: the field of acceleration
 /// ([`AccelerationBake`](super::acceleration_bake::AccelerationBake)) or the modes
@@ -104,9 +110,29 @@ pub(crate) fn radiating(surface: &Surface) -> Result<(BakeGeometry, Option<TriMe
         }
         Surface::Mesh(surface) => {
             let mesh = &surface.mesh;
-            Ok((BakeGeometry::of_mesh(mesh), Some(mesh.clone())))
+            Ok((recognised(mesh), Some(mesh.clone())))
         }
     }
+}
+
+/// [`BakeGeometry::of_mesh`] of the last [`KEPT`] meshes is kept: click, ringing and the modes of impacts ask
+/// for the same body, and its form takes a second to recognise.
+pub(super) fn recognised(mesh: &TriMesh) -> BakeGeometry {
+    static LAST: Mutex<VecDeque<(TriMesh, BakeGeometry)>> = Mutex::new(VecDeque::new());
+    let known = |last: &VecDeque<(TriMesh, BakeGeometry)>| {
+        last.iter().find(|(other, _)| other == mesh).map(|(_, geometry)| geometry.clone())
+    };
+    // A panic elsewhere leaves whole entries.
+    if let Some(geometry) = known(&LAST.lock().unwrap_or_else(PoisonError::into_inner)) {
+        return geometry;
+    }
+    let geometry = BakeGeometry::of_mesh(mesh);
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    last.push_back((mesh.clone(), geometry.clone()));
+    if last.len() > KEPT {
+        last.pop_front();
+    }
+    geometry
 }
 
 /// Mass properties of a body at density 1.

@@ -162,8 +162,7 @@ impl BakeGeometry {
         self.mirror_normals_in_mean(tolerance, 0.0)
     }
 
-    /// The same for surfaces with noise: as
-    /// [`mirror_planes_in_mean`](super::mirror_symmetry::mirror_planes_in_mean).
+    /// The same for surfaces with noise: as [`mirror_planes_in_mean`].
     pub fn mirror_normals_in_mean(&self, tolerance: f64, mean: f64) -> Vec<DVec3> {
         match self {
             BakeGeometry::Ellipsoid { .. } | BakeGeometry::RoundedBox { .. } => DVec3::AXES.to_vec(),

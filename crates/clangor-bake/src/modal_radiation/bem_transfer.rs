@@ -132,7 +132,7 @@ impl BemModalSolver {
         Ok(BemModalSolver { bands, spacing, unit, effort: Effort::Exact })
     }
 
-    /// A draft for a body whose centre of mass is at the origin: one mesh of about [`DRAFT_UNKNOWNS`] for all
+    /// A draft for a body whose centre of mass is at the origin: one mesh of about 320 unknowns for all
     /// modes, and no more systems for cavities. Above two edges per wavelength it says little.
     ///
     /// # Errors

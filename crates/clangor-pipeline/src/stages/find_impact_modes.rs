@@ -22,7 +22,7 @@
 //! ```
 //!
 //! On free panes of glass, N = 100 moves the restitution of a ball by less than 0.015, N = 50 by 0.04. Where
-//! all of them take more than [`MOST_OPERATIONS`] by estimate, a draft takes their place: about a hundred
+//! all of them take more than 20 s of CPU time by estimate, a draft takes their place: about a hundred
 //! modes in few elements, whose frequencies are some 3 % too high.
 //!
 //! Shapes are rounded as in a file, so that a model from the cache and a baked one are the same. Damping is

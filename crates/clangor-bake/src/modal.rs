@@ -255,7 +255,8 @@ fn solver(
 ) -> Result<(Box<dyn ModalSolver>, &'static str), ModalBakeError> {
     let highest = model.known_modes().last().map_or(0.0, |mode| wavenumber(mode.frequency, options));
     let is_draft = options.effort == Effort::Draft;
-    let form = geometry.axisymmetry().filter(|form| !is_draft || suits_meridian(form, highest));
+    let modes = model.known_modes().len();
+    let form = geometry.axisymmetry().filter(|form| !is_draft || suits_meridian(form, highest, modes));
     if let Some(Axisymmetry { meridian, axis }) = form {
         let solver = AxisymmetricModalSolver::new(&meridian, axis);
         let solver = if is_draft { solver.with_options(meridian_options(0.0)) } else { solver };

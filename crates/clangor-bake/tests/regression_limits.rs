@@ -6,7 +6,6 @@ use std::ops::ControlFlow;
 use clangor_bake::acceleration::{BakeError, BakeOptions, Evidence, Method, bake, estimated_operations};
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::geometry::meridian::Meridian;
 use clangor_core::shape::Shape;
 use glam::DVec3;
 
@@ -67,14 +66,4 @@ fn a_block_too_large_for_patches_has_triangles() {
     let [auto, elements] = [Method::Auto, Method::Bem].map(operations);
     println!("{auto:.2e} {elements:.2e}");
     assert_eq!(auto, elements);
-}
-
-#[test]
-#[ignore = "a minute"]
-fn a_narrower_band_is_said() {
-    // κ = 144 is the end of what a model holds: here with as few waves as possible.
-    let needle = BakeGeometry::axisymmetric(Meridian::spheroid(0.02, 3.0).unwrap());
-    let evidence = evidence(&needle, 20e3, 0.02, Method::Auto).unwrap();
-    let [warning] = &evidence.warnings[..] else { panic!("{:?}", evidence.warnings) };
-    assert!(warning.starts_with("it clicks up to 2.6 kHz in air and not above"), "{warning}");
 }

@@ -43,7 +43,7 @@ fn rise(seed: u64) -> [f64; 2] {
 /// As in \[FRAC\] Fig. 5 the impulses of cracks make the onset louder: the force of the impact ends when the
 /// body falls apart, so that it no longer gives the modes as much as the cracks do.
 #[test]
-#[ignore = "a minute: cargo test --release -p clangor-pipeline --test paper_fracture_sound -- --ignored"]
+#[ignore = "ten minutes: cargo test --release -p clangor-pipeline --test paper_fracture_sound -- --ignored"]
 fn crack_impulses_make_the_onset_louder() {
     let rises: Vec<[f64; 2]> = (0..10).map(rise).collect();
     let [ringing, whole] = [0, 1].map(|part| rises.iter().map(|rise| rise[part]).collect::<Vec<f64>>());

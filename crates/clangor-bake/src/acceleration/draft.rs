@@ -45,6 +45,8 @@ const EDGES_PER_WAVE: f64 = 2.0;
 const HIGHEST_ON_PATCHES: f64 = 6.0;
 /// Most unknowns on a meridian.
 const MERIDIAN_UNKNOWNS: usize = 240;
+/// Solves of a draft with so many.
+const MERIDIAN_SOLVES: usize = 24;
 /// κ above the band where the fall is sampled: the first in its end, and the ratio of one to the next.
 const ABOVE: f64 = 1.1;
 const ABOVE_RATIO: f64 = 1.4;
@@ -99,10 +101,11 @@ pub(crate) fn meridian_options(highest: f64) -> AxisymmetricOptions {
     }
 }
 
-/// Whether a draft of a body of revolution has few unknowns on its meridian up to a wavenumber [1/m].
-pub(crate) fn suits_meridian(form: &Axisymmetry<'_>, highest: f64) -> bool {
+/// Whether so many solves on the meridian of a body of revolution, up to a wavenumber [1/m], are the work
+/// of a draft.
+pub(crate) fn suits_meridian(form: &Axisymmetry<'_>, highest: f64, solves: usize) -> bool {
     let solver = AxisymmetricSolver::new(&form.meridian, form.axis, meridian_options(highest));
-    solver.unknowns() <= MERIDIAN_UNKNOWNS
+    solver.unknowns().pow(2) * solves <= MERIDIAN_UNKNOWNS.pow(2) * MERIDIAN_SOLVES
 }
 
 /// The triangles of a draft up to a wavenumber [1/m], and the wavenumber up to which they are short enough.

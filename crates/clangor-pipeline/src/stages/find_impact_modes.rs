@@ -22,7 +22,7 @@
 //! ```
 //!
 //! On free panes of glass, N = 100 moves the restitution of a ball by less than 0.015, N = 50 by 0.04. Where
-//! all of them take more than 20 s of CPU time by estimate, a draft takes their place: about a hundred
+//! all of them take more than 40 s of CPU time by estimate, a draft takes their place: about a hundred
 //! modes in few elements, whose frequencies are some 3 % too high.
 //!
 //! Shapes are rounded as in a file, so that a model from the cache and a baked one are the same. Damping is
@@ -62,7 +62,7 @@ const RADIUS: f64 = 5e-3;
 const MODES: f64 = 150.0;
 
 /// Operations that the modes of a body may take, by [`clangor_bake::cost`].
-const MOST_OPERATIONS: f64 = 20.0 * PER_SECOND;
+const MOST_OPERATIONS: f64 = 40.0 * PER_SECOND;
 
 /// Finds the modes of the bodies that give way, in the cache or by a bake, for
 /// [`LoadedScene::give_modes`]. Those that cannot be had make a remark.

@@ -174,7 +174,7 @@ fn ring(from: f64, to: f64) -> SupportRegion {
 }
 
 #[test]
-#[ignore = "minutes"]
+#[ignore = "minutes: cargo test --release -p clangor-bake --test analytic_supports -- --ignored"]
 fn a_tube_in_cells_on_an_even_bed_bounces_in_six_ways() {
     let own: f64 = 50.0;
     let [length, inner, outer] = TUBE;

@@ -218,7 +218,7 @@ fn level(a: &[RadiationSample], b: &[RadiationSample], radius: f64) -> f64 {
 /// their limits are compared: `cargo test --release -p clangor-bake --test cross_bem_fdtd -- --ignored`, 8
 /// CPU-min.
 #[test]
-#[ignore = "8 CPU-min"]
+#[ignore = "8 CPU-min: cargo test --release -p clangor-bake --test cross_bem_fdtd -- --ignored"]
 fn a_key_sounds_alike_in_the_limit() {
     let mesh = surface("key");
     let radius = mesh.bounding_radius(DVec3::ZERO);

@@ -55,7 +55,7 @@ impl Tile {
              material = \"tough\"\n\
              position = [0, 0.03, 0]\norientation = {{ axis = [0.3, 0, 1], degrees = 12 }}\n\
              velocity = [0, -4, 0]\n\
-             modal = \"proxy\"\n\
+             acceleration = \"proxy\"\nmodal = \"proxy\"\n\
              fracture = {{ edge = 0.01, seed = {seed}, crack_impulses = {crack_impulses} }}\n[[plane]]\n\
              material = \"granite\"\n\
              [[listener]]\nposition = [0, 0.4, 1]\n"

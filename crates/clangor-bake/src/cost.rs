@@ -7,7 +7,7 @@
 //! fields      those of [`operations`], from unknowns that volume, area and band suggest
 //! modes       500 u² (1 + M/100) of cells, 5 u² (1 + M/100) of tetrahedra, 2e8 M of a section
 //! transfers   those of the boundary elements, for as many wavenumbers as the modes need
-//! draft       [`DRAFT`] for each part
+//! draft       [`DRAFT`] for each part, or less where exact models are cheaper
 //! ```
 //!
 //! u elastic unknowns, M modes by their density. Measured: a bowl (meridian, 432 unknowns, 47 frequencies)
@@ -30,6 +30,7 @@ use crate::fem::ElasticConstants;
 use crate::fem::finite_cells::expected;
 use crate::geometry_class::bake_geometry::BakeGeometry;
 use crate::modal::ModalBakeOptions;
+use crate::modal::audible_modes::first_limit;
 use crate::modal_analysis::modal_density::modes_below;
 use crate::modal_analysis::shortest_wave;
 
@@ -61,7 +62,8 @@ const NODES_PER_CUBE: f64 = 16.0;
 /// Operations of [`bake`](crate::acceleration::bake()).
 pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
     if options.effort == Effort::Draft {
-        return DRAFT;
+        let exact = BakeOptions { effort: Effort::Exact, ..*options };
+        return of_field(geometry, &exact).min(DRAFT);
     }
     let kappa = options.max_wavenumber * geometry.bounding_radius();
     match geometry {
@@ -120,11 +122,11 @@ fn mean_wall(geometry: &BakeGeometry) -> f64 {
 
 /// Operations of [`find_modes`](crate::modal::find_modes) and [`radiate`](crate::modal::radiate).
 pub fn of_modes(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> f64 {
+    let exact = ModalBakeOptions { effort: Effort::Exact, ..*options };
+    let cost = of_finding_modes(geometry, material, &exact) + of_transfers(geometry, material, &exact);
     match options.effort {
-        Effort::Draft => DRAFT,
-        Effort::Exact => {
-            of_finding_modes(geometry, material, options) + of_transfers(geometry, material, options)
-        }
+        Effort::Draft => cost.min(DRAFT),
+        Effort::Exact => cost,
     }
 }
 
@@ -143,11 +145,13 @@ pub fn of_finding_held_modes(
 pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> f64 {
     let Ok(constants) = ElasticConstants::of(material) else { return 0.0 };
     if options.effort == Effort::Draft {
-        return DRAFT;
+        let exact = ModalBakeOptions { effort: Effort::Exact, ..*options };
+        return of_finding_modes(geometry, material, &exact).min(DRAFT);
     }
     let volume = geometry.mass_properties().map_or(0.0, |mass| mass.volume);
     let (area, wall) = (geometry.area(), mean_wall(geometry));
-    let limit = options.max_frequency;
+    let limit = first_limit(geometry, volume, material, options);
+    let most = options.most_nodes as f64;
     let modes = modes_below(volume, area, limit, material).0;
     if geometry.axisymmetry().is_some() {
         return 2e8 * (modes + 4.0) * (1.0 + modes / 400.0);
@@ -158,10 +162,10 @@ pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &
     let found = if is_box || wall < THIN * longest {
         let edge = (CELL[0] * wave).min(CELL[1] * wall).min(0.5 * longest);
         let [_, nodes] = expected(area, volume, edge);
-        500.0 * (3.0 * nodes).powi(2) / if is_box { MIRRORED } else { 1.0 }
+        500.0 * (3.0 * nodes.min(most)).powi(2) / if is_box { MIRRORED } else { 1.0 }
     } else {
         let edge = (wave / TETRAHEDRA[0]).min(wall * 1.5 / TETRAHEDRA[1]);
-        5.0 * (3.0 * NODES_PER_CUBE * volume / edge.powi(3)).powi(2)
+        5.0 * (3.0 * (NODES_PER_CUBE * volume / edge.powi(3)).min(most)).powi(2)
     };
     found * (1.0 + modes / 100.0)
 }
@@ -169,14 +173,15 @@ pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &
 /// Operations of [`radiate`](crate::modal::radiate) alone.
 fn of_transfers(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> f64 {
     let volume = geometry.mass_properties().map_or(0.0, |mass| mass.volume);
-    let modes = modes_below(volume, geometry.area(), options.max_frequency, material).0;
+    let limit = first_limit(geometry, volume, material, options);
+    let modes = modes_below(volume, geometry.area(), limit, material).0;
     if geometry.axisymmetry().is_some() {
         return 3e8 * modes;
     }
     if modes < 1.0 {
         return 0.0;
     }
-    let highest = TAU * options.max_frequency / options.medium.sound_speed;
+    let highest = TAU * limit / options.medium.sound_speed;
     let kappa = highest * geometry.bounding_radius();
     let (unknowns, parts) = triangle_unknowns(geometry, highest, options.accuracy);
     let system = unknowns / parts;

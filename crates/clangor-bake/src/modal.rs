@@ -7,7 +7,7 @@
 //! A body whose lowest mode lies above the band is not an error: its model has no modes, and the evidence
 //! gives the lowest frequency.
 
-mod audible_modes;
+pub(crate) mod audible_modes;
 pub mod held_body;
 
 use std::f64::consts::TAU;

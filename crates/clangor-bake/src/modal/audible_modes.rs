@@ -51,16 +51,9 @@ pub(super) fn audible_modes(
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
 ) -> Result<ModalAnalysis, ModalAnalysisError> {
     let volume = geometry.mass_properties().map_err(StuffingError::Input)?.volume;
-    let area = geometry.area();
-    let radiating =
-        (MOST_ORDER as f64 - ORDERS_ABOVE) * options.medium.sound_speed / (TAU * geometry.bounding_radius());
+    let highest = highest_radiating(geometry, options);
     let mut effort = options.effort;
-    let most = match effort {
-        Effort::Exact => MOST_MODES,
-        Effort::Draft => DRAFT_MODES,
-    };
-    let highest = options.max_frequency.min(radiating);
-    let mut limit = frequency_of_mode(most, volume, area, highest, material);
+    let mut limit = first_limit(geometry, volume, material, options);
     let mut needed = None;
     loop {
         let settings = ModalAnalysisOptions {
@@ -75,14 +68,12 @@ pub(super) fn audible_modes(
             Ok(found) => return Ok(found),
             // The estimate put the limit below the lowest mode.
             Err(ModalAnalysisError::Modes(ModalError::Silent { first, .. }))
-                if limit < options.max_frequency.min(radiating)
-                    && first < options.max_frequency
-                    && needed.is_none() =>
+                if limit < highest && first < options.max_frequency && needed.is_none() =>
             {
-                limit = (ABOVE_FIRST * first).min(options.max_frequency).min(radiating);
+                limit = (ABOVE_FIRST * first).min(highest);
                 needed = Some((Excess::Elements, f64::INFINITY));
             }
-            Err(error) => match excess_of(&error, options.max_frequency.min(radiating)) {
+            Err(error) => match excess_of(&error, highest) {
                 Some((kind, size))
                     if limit * NARROWER > LOWEST
                         && kind != Excess::Narrow
@@ -93,19 +84,37 @@ pub(super) fn audible_modes(
                 }
                 Some(_) if effort == Effort::Exact => {
                     effort = Effort::Draft;
-                    limit = frequency_of_mode(
-                        DRAFT_MODES,
-                        volume,
-                        area,
-                        options.max_frequency.min(radiating),
-                        material,
-                    );
+                    limit = first_limit(geometry, volume, material, &ModalBakeOptions { effort, ..*options });
                     needed = None;
                 }
                 _ => return Err(error),
             },
         }
     }
+}
+
+/// The frequency up to which the modes of a body are looked for first \[Hz\]; its volume in m³.
+pub(crate) fn first_limit(
+    geometry: &BakeGeometry,
+    volume: f64,
+    material: &Material,
+    options: &ModalBakeOptions,
+) -> f64 {
+    let highest = highest_radiating(geometry, options);
+    frequency_of_mode(most_modes(options.effort), volume, geometry.area(), highest, material)
+}
+
+fn most_modes(effort: Effort) -> f64 {
+    match effort {
+        Effort::Exact => MOST_MODES,
+        Effort::Draft => DRAFT_MODES,
+    }
+}
+
+/// The limit of the options, or of the highest multipole order \[Hz\].
+fn highest_radiating(geometry: &BakeGeometry, options: &ModalBakeOptions) -> f64 {
+    let order = MOST_ORDER as f64 - ORDERS_ABOVE;
+    options.max_frequency.min(order * options.medium.sound_speed / (TAU * geometry.bounding_radius()))
 }
 
 /// What is too much.

@@ -18,7 +18,7 @@ use glam::DVec3;
 
 use super::volume_fem::spectrum;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
-use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, edge_of_cells, expected};
+use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, edge_of_cells, edge_of_nodes, expected};
 use crate::fem::supports::{Holding, Support, SupportError};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::inner_creases::Walls;
@@ -43,6 +43,12 @@ const CREASED_GAIN: f64 = 3.0;
 const CREASED_CONVERGENCE: f64 = 2.0;
 /// Factor on the node limit for the estimate of a grid that is not made yet.
 const MOST_EXPECTED: f64 = 1.5;
+/// Share of the node limit for grids that are finer than the waves in the band want. A node of a cell has
+/// many more neighbours than one of a tetrahedron, and the errors of inner edges fall too slowly to be worth
+/// larger factors.
+const FINER_SHARE: f64 = 0.125;
+/// Least ratio of edges that is worth another grid.
+const LEAST_RATIO: f64 = 1.1;
 /// Longest edge of the surface that carries the shapes, in cells.
 const SURFACE_EDGE: f64 = 0.35;
 /// Largest distance of that surface from the input, in walls.
@@ -192,7 +198,18 @@ impl RefinableDiscretization for ImmersedBody<'_> {
 
     fn finer(&self, than: &Immersed, ratio: f64) -> Result<Immersed, ModalAnalysisError> {
         let last = self.last_order();
-        self.with(if than.order < last { than.edge } else { than.edge / ratio }, last)
+        if than.order < last {
+            return self.with(than.edge, last);
+        }
+        let most = FINER_SHARE * self.most_nodes as f64;
+        let finest = edge_of_nodes(self.surface.area(), self.volume, most);
+        let edge = (than.edge / ratio).max(finest);
+        if than.edge < LEAST_RATIO * edge {
+            let [elements, nodes] = expected(self.surface.area(), self.volume, than.edge / ratio);
+            let (wall, most) = (self.walls.thickness, most as usize);
+            return Err(ModalAnalysisError::TooFine { wall, edge: than.edge / ratio, elements, nodes, most });
+        }
+        self.with(edge, last)
     }
 
     fn size(&self, mesh: &Immersed) -> (usize, f64) {

@@ -43,10 +43,14 @@ const SLOW_PER_RADIUS: f64 = 1e-3;
 /// Highest slow harmonic, and the number of angles at which harmonics are measured.
 const SLOWEST: usize = 6;
 const HARMONIC_ANGLES: usize = 211;
-/// Largest distance of an arc from the averaged surface, over the thickness.
+/// Largest distance of an arc from the averaged surface, over the thickness, beyond the noise of the average.
 const ARC_ERROR: f64 = 0.01;
+/// Standard errors of an average that are noise.
+const NOISE: f64 = 2.0;
+/// Where an arc is compared with the averaged surface.
+const ALONG_ARC: [f64; 4] = [0.1, 0.3, 0.7, 0.9];
 /// Longest and shortest arcs over the thickness.
-const LONGEST: f64 = 2.0;
+const LONGEST: f64 = 8.0;
 const SHORTEST: f64 = 0.2;
 /// Number of averaged angles; odd, to avoid aliasing with a grid.
 const ANGLES: usize = 23;
@@ -69,12 +73,17 @@ pub fn fitted_meridian(mesh: &TriMesh) -> Option<MeridianFit> {
     let path = surface.slice()?;
     let meridian = Meridian::try_new(surface.pieces(path)?).ok()?;
     // Compare the section with the mesh.
-    let samples: Vec<DVec2> =
-        meridian.pieces().iter().flat_map(|p| [0.25, 0.75].map(|t| p.point(t))).collect();
+    let samples: Vec<DVec2> = meridian.pieces().iter().flat_map(|p| samples(p, surface.wall)).collect();
     let deviation = samples.iter().map(|p| surface.spread(*p)).fold(0.0, f64::max);
     let same = follows_roughly(mesh, &tree, &BakeGeometry::axisymmetric(meridian.clone()))
         && samples.iter().all(|p| surface.is_round(*p));
     same.then_some(MeridianFit { meridian, deviation, wall: surface.wall })
+}
+
+/// Points of a piece, at least two, about a wall apart.
+fn samples(piece: &Piece, wall: f64) -> Vec<DVec2> {
+    let count = (piece.length(0.0, 1.0) / wall).ceil().max(2.0) as usize;
+    (0..count).map(|k| piece.point((k as f64 + 0.5) / count as f64)).collect()
 }
 
 struct Surface<'a> {
@@ -103,6 +112,15 @@ impl Surface<'_> {
     /// Signed distance, averaged over φ.
     fn mean(&self, p: DVec2) -> f64 {
         self.around(p).sum::<f64>() / ANGLES as f64
+    }
+
+    /// Distance of the averaged surface, less the noise of the average over φ.
+    fn off(&self, p: DVec2) -> f64 {
+        let count = ANGLES as f64;
+        let [sum, squares] = self.around(p).fold([0.0; 2], |[sum, squares], d| [sum + d, squares + d * d]);
+        let mean = sum / count;
+        let variance = (squares / count - mean * mean).max(0.0);
+        mean.abs() - NOISE * (variance / count).sqrt()
     }
 
     /// Largest distance at any φ.
@@ -269,7 +287,7 @@ impl Surface<'_> {
             let s = 0.5 * (from.0 + to.0);
             let middle = (s, self.settled(line.at(s)));
             let piece = arc(from.1, middle.1, to.1);
-            let worst = [0.2, 0.8].map(|t| self.mean(piece.point(t)).abs()).into_iter().fold(0.0, f64::max);
+            let worst = ALONG_ARC.map(|t| self.off(piece.point(t))).into_iter().fold(0.0, f64::max);
             if worst > ARC_ERROR * self.wall && to.0 - from.0 > 2.0 * SHORTEST * self.wall {
                 stack.extend([[middle, to], [from, middle]]);
             } else {

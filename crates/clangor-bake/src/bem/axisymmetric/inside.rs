@@ -15,6 +15,10 @@ const RESONANCE_MARGIN: f64 = 0.9;
 
 /// Samples on each piece of the meridian for the search of the largest ball.
 const PARTS: usize = 96;
+/// The same for meridians of many pieces: samples in all, and fewest on a piece. The search takes the square
+/// of their number.
+const MOST_PARTS: usize = 768;
+const LEAST_PARTS: usize = 6;
 
 /// Wavenumber [1/m] below which the interior has no resonance, for the largest inscribed radius \[m\].
 pub(super) fn first_resonance(inscribed: f64) -> f64 {
@@ -52,9 +56,10 @@ pub(super) fn inner_points(meridian: &Meridian, wavenumber: f64, skip: usize, co
 /// q)).
 fn touching_balls(meridian: &Meridian) -> Vec<(DVec2, DVec2, f64)> {
     let mut points: Vec<(DVec2, DVec2)> = Vec::new();
+    let parts = (MOST_PARTS / meridian.pieces().len().max(1)).clamp(LEAST_PARTS, PARTS);
     for piece in meridian.pieces() {
-        points.extend((0..PARTS).map(|k| {
-            let t = (k as f64 + 0.5) / PARTS as f64;
+        points.extend((0..parts).map(|k| {
+            let t = (k as f64 + 0.5) / parts as f64;
             let v = piece.velocity(t).normalize();
             (piece.point(t), DVec2::new(v.y, -v.x))
         }));

@@ -5,13 +5,15 @@
 //!
 //! ```text
 //! fields      those of [`operations`], from unknowns that volume, area and band suggest
-//! modes       500 u² (1 + M/100) of cells, 5 u² (1 + M/100) of tetrahedra, 2e8 M of a section
+//! modes       1.5e4 u^1.5 (1 + M/100) of cells, 60 u² (1 + M/100) of an octant of bricks,
+//!             5 u² (1 + M/100) of tetrahedra, 2e8 M of a section
 //! transfers   those of the boundary elements, for as many wavenumbers as the modes need
 //! draft       [`DRAFT`] for each part, or less where exact models are cheaper
 //! ```
 //!
 //! u elastic unknowns, M modes by their density. Measured: a bowl (meridian, 432 unknowns, 47 frequencies)
-//! 3.0 s of CPU time, a plate (384 unknowns, 66 frequencies) 2.5 s. Estimates are meant to tell seconds from
+//! 3.0 s of CPU time, a plate (384 unknowns, 66 frequencies) 2.5 s; cells with 18 600 unknowns and 2 modes
+//! 6 s, with 46 600 and 37 modes 12 s. Estimates are meant to tell seconds from
 //! minutes, in milliseconds. Not a promise: walls and creases can make a bake several times longer; and not
 //! the choice of a solver, which knows its mesh.
 
@@ -25,6 +27,8 @@ use clangor_core::material::Material;
 use crate::acceleration::plan::{CAVITY_DENSITY, SOLID_SPACING};
 use crate::acceleration::{BakeOptions, Method, has_cavities};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
+use crate::bem::triangles::MOST_UNKNOWNS;
+use crate::cost::operations::MOST_OPERATIONS;
 use crate::effort::Effort;
 use crate::fem::ElasticConstants;
 use crate::fem::finite_cells::expected;
@@ -87,7 +91,13 @@ pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
             };
             let spacing = if cavities { CAVITY_DENSITY } else { SOLID_SPACING };
             let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
-            operations::triangles((unknowns / parts) as usize, [parts as usize; 2], kappa, spacing)
+            let system = (unknowns / parts) as usize;
+            let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);
+            // What does not fit is solved in time, or in a narrower band.
+            match system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
+                true => triangles,
+                false => time_steps(geometry, options.max_wavenumber).min(MOST_OPERATIONS),
+            }
         }
     }
 }
@@ -162,7 +172,8 @@ pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &
     let found = if is_box || wall < THIN * longest {
         let edge = (CELL[0] * wave).min(CELL[1] * wall).min(0.5 * longest);
         let [_, nodes] = expected(area, volume, edge);
-        500.0 * (3.0 * nodes.min(most)).powi(2) / if is_box { MIRRORED } else { 1.0 }
+        let unknowns = 3.0 * nodes.min(most);
+        if is_box { 500.0 * unknowns.powi(2) / MIRRORED } else { 1.5e4 * unknowns.powf(1.5) }
     } else {
         let edge = (wave / TETRAHEDRA[0]).min(wall * 1.5 / TETRAHEDRA[1]);
         5.0 * (3.0 * (NODES_PER_CUBE * volume / edge.powi(3)).min(most)).powi(2)
@@ -185,6 +196,9 @@ fn of_transfers(geometry: &BakeGeometry, material: &Material, options: &ModalBak
     let kappa = highest * geometry.bounding_radius();
     let (unknowns, parts) = triangle_unknowns(geometry, highest, options.accuracy);
     let system = unknowns / parts;
+    if system > MOST_UNKNOWNS as f64 {
+        return DRAFT;
+    }
     // Waves are half as short at an average mode, which belongs to some of the classes.
     let each = 0.6 * operations::solve(system as usize, [parts.min(4.0) as usize, parts as usize]);
     modes.min(kappa / 0.5 + 6.0) * each

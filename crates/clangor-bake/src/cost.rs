@@ -24,7 +24,7 @@ use std::f64::consts::TAU;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 
-use crate::acceleration::plan::{CAVITY_DENSITY, SOLID_SPACING};
+use crate::acceleration::plan::{CAVITY_DENSITY, LESS_WORK, LONG, SOLID_SPACING, small_cell};
 use crate::acceleration::{BakeOptions, Method, has_cavities};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
@@ -43,6 +43,10 @@ pub const PER_SECOND: f64 = 1e10;
 /// Operations of a part of a draft.
 pub const DRAFT: f64 = 2e10;
 
+/// Unknowns above which edges grow, and the most by which they do at 1 %
+/// ([`resolution`](crate::mesh::remesh::resolution)).
+const MANY: f64 = 2500.0;
+const LONGER: f64 = 1.29;
 /// Edges on the shortest wave, and unknowns for each square of an edge, of boundary elements on triangles.
 const EDGES_PER_WAVE: f64 = 6.0;
 const UNKNOWNS_PER_SQUARE: f64 = 1.15;
@@ -50,6 +54,8 @@ const UNKNOWNS_PER_SQUARE: f64 = 1.15;
 const MOST_FOR_WALLS: f64 = 3.0;
 /// Unknowns of patches at kR = 1, and for each more.
 const PATCH_UNKNOWNS: [f64; 2] = [100.0, 4.0];
+/// Sharpness of the edges of most bodies.
+const SHARPNESS: f64 = 0.5;
 /// Triangles of a surface whose mirror planes are looked for.
 const MOST_TRIANGLES: usize = 20_000;
 /// Ratio of the mean wall to the longest extent below which a body is thin.
@@ -83,7 +89,10 @@ pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
             let unknowns = (PATCH_UNKNOWNS[0] + PATCH_UNKNOWNS[1] * kappa * kappa) * sharper;
             operations::patches(unknowns as usize, kappa, SOLID_SPACING)
         }
-        _ if options.method == Method::Fdtd => time_steps(geometry, options.max_wavenumber),
+        _ if options.method == Method::Fdtd => {
+            let (radius, wave) = (geometry.bounding_radius(), TAU / options.max_wavenumber);
+            time_steps(radius, (0.5 * mean_wall(geometry)).min(wave / 10.0).min(radius / 8.0))
+        }
         _ => {
             let cavities = match geometry {
                 BakeGeometry::Mesh(mesh) => MassProperties::of(mesh).is_ok_and(|m| has_cavities(mesh, &m)),
@@ -93,10 +102,14 @@ pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
             let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
             let system = (unknowns / parts) as usize;
             let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);
-            // What does not fit is solved in time, or in a narrower band.
-            match system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
+            // What takes long is solved in time, what does not fit in a narrower band.
+            let (radius, wave) = (geometry.bounding_radius(), TAU / options.max_wavenumber);
+            let edge = small_cell(wave, radius, [mean_wall(geometry), SHARPNESS], options.accuracy);
+            let cells = time_steps(radius, edge);
+            let fits = system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS;
+            match fits && (triangles <= LONG || cells >= LESS_WORK * triangles) {
                 true => triangles,
-                false => time_steps(geometry, options.max_wavenumber).min(MOST_OPERATIONS),
+                false => cells.min(MOST_OPERATIONS),
             }
         }
     }
@@ -110,6 +123,7 @@ fn triangle_unknowns(geometry: &BakeGeometry, wavenumber: f64, accuracy: f64) ->
     let coarsest = UNKNOWNS_PER_SQUARE * area / (0.35 * geometry.bounding_radius()).powi(2);
     let for_wall = UNKNOWNS_PER_SQUARE * area / (wall * wall) * (0.01 / accuracy).powf(1.5).min(10.0);
     let unknowns = for_wall.min(MOST_FOR_WALLS * for_wave.max(300.0)).max(for_wave).max(coarsest);
+    let unknowns = unknowns / (unknowns / MANY).clamp(1.0, (LONGER * LONGER * accuracy / 0.01).max(1.0));
     let planes = match geometry {
         BakeGeometry::Mesh(mesh) if mesh.triangles.len() > MOST_TRIANGLES => 0,
         geometry => geometry.mirror_normals(accuracy * wall).len(),
@@ -117,9 +131,8 @@ fn triangle_unknowns(geometry: &BakeGeometry, wavenumber: f64, accuracy: f64) ->
     (unknowns, f64::from(1_u32 << planes))
 }
 
-fn time_steps(geometry: &BakeGeometry, wavenumber: f64) -> f64 {
-    let radius = geometry.bounding_radius();
-    let edge = (0.5 * mean_wall(geometry)).min(TAU / wavenumber / 10.0).min(radius / 8.0);
+/// Operations with cells of an edge \[m\] around a body of a radius \[m\].
+fn time_steps(radius: f64, edge: f64) -> f64 {
     let cells = (2.0 * radius / edge + 24.0).powi(3);
     let steps = 20.0 * radius / edge * 3.0_f64.sqrt();
     operations::time_domain(cells, steps)

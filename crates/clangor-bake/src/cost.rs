@@ -24,7 +24,7 @@ use std::f64::consts::TAU;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 
-use crate::acceleration::plan::{CAVITY_DENSITY, LESS_WORK, LONG, SOLID_SPACING, small_cell};
+use crate::acceleration::plan::{CAVITY_DENSITY, LONGEST, SOLID_SPACING};
 use crate::acceleration::{BakeOptions, Method, has_cavities};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
@@ -54,8 +54,6 @@ const UNKNOWNS_PER_SQUARE: f64 = 1.15;
 const MOST_FOR_WALLS: f64 = 3.0;
 /// Unknowns of patches at kR = 1, and for each more.
 const PATCH_UNKNOWNS: [f64; 2] = [100.0, 4.0];
-/// Sharpness of the edges of most bodies.
-const SHARPNESS: f64 = 0.5;
 /// Triangles of a surface whose mirror planes are looked for.
 const MOST_TRIANGLES: usize = 20_000;
 /// Ratio of the mean wall to the longest extent below which a body is thin.
@@ -89,10 +87,7 @@ pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
             let unknowns = (PATCH_UNKNOWNS[0] + PATCH_UNKNOWNS[1] * kappa * kappa) * sharper;
             operations::patches(unknowns as usize, kappa, SOLID_SPACING)
         }
-        _ if options.method == Method::Fdtd => {
-            let (radius, wave) = (geometry.bounding_radius(), TAU / options.max_wavenumber);
-            time_steps(radius, (0.5 * mean_wall(geometry)).min(wave / 10.0).min(radius / 8.0))
-        }
+        _ if options.method == Method::Fdtd => time_steps(geometry, options.max_wavenumber, true),
         _ => {
             let cavities = match geometry {
                 BakeGeometry::Mesh(mesh) => MassProperties::of(mesh).is_ok_and(|m| has_cavities(mesh, &m)),
@@ -102,14 +97,10 @@ pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
             let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
             let system = (unknowns / parts) as usize;
             let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);
-            // What takes long is solved in time, what does not fit in a narrower band.
-            let (radius, wave) = (geometry.bounding_radius(), TAU / options.max_wavenumber);
-            let edge = small_cell(wave, radius, [mean_wall(geometry), SHARPNESS], options.accuracy);
-            let cells = time_steps(radius, edge);
-            let fits = system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS;
-            match fits && (triangles <= LONG || cells >= LESS_WORK * triangles) {
+            // What does not fit is solved in time, or in a narrower band.
+            match system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
                 true => triangles,
-                false => cells.min(MOST_OPERATIONS),
+                false => time_steps(geometry, options.max_wavenumber, cavities).min(MOST_OPERATIONS),
             }
         }
     }
@@ -131,10 +122,11 @@ fn triangle_unknowns(geometry: &BakeGeometry, wavenumber: f64, accuracy: f64) ->
     (unknowns, f64::from(1_u32 << planes))
 }
 
-/// Operations with cells of an edge \[m\] around a body of a radius \[m\].
-fn time_steps(radius: f64, edge: f64) -> f64 {
+fn time_steps(geometry: &BakeGeometry, wavenumber: f64, cavities: bool) -> f64 {
+    let radius = geometry.bounding_radius();
+    let edge = (0.5 * mean_wall(geometry)).min(TAU / wavenumber / 10.0).min(radius / 8.0);
     let cells = (2.0 * radius / edge + 24.0).powi(3);
-    let steps = 20.0 * radius / edge * 3.0_f64.sqrt();
+    let steps = LONGEST[usize::from(cavities)] * radius / edge * 3.0_f64.sqrt();
     operations::time_domain(cells, steps)
 }
 

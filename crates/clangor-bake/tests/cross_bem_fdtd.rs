@@ -86,19 +86,6 @@ fn a_coin_sounds_alike() {
     assert!(errors.worst_level() < 0.01, "{errors:?}");
 }
 
-/// The cells that take the place of triangles where these take too long: 19 on the shortest wave with sharp
-/// edges, for 1 %.
-#[test]
-fn a_sharp_block_sounds_alike_in_small_cells() {
-    let mesh = surface("box:0.06x0.04x0.02@0.004");
-    let geometry = BakeGeometry::RoundedBox { edges: DVec3::new(0.06, 0.04, 0.02), round: 0.0 };
-    let elements = by_elements(&geometry, 3e-3);
-    let waves = by_waves(&run(&mesh, TAU / HIGHEST / 19.0, 12.0, 16), 3e-3);
-    let errors = compare(&waves, &elements, 2.0, (1.83, HIGHEST));
-    println!("{errors:?}");
-    assert!(errors.worst_level() < 0.012, "{errors:?}");
-}
-
 /// A cup 52 mm wide and 65 mm high, walls of 6 mm, all edges rounded except that of the foot.
 fn cup() -> Meridian {
     let line = |from: [f64; 2], to: [f64; 2]| Piece::Line { from: from.into(), to: to.into() };

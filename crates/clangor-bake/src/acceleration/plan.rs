@@ -6,9 +6,6 @@
 //! | axisymmetric | meridian, triangles, time domain |
 //! | other surfaces | triangles, time domain, triangles longer than the walls, cells larger than the walls |
 //!
-//! Where triangles take longer than a minute, small cells of the time domain that have the accuracy come
-//! first if they take less than half of that.
-//!
 //! A solver can take a body if its unknowns or cells fit in memory and, unless the caller named the method,
 //! if its [operations](crate::cost) are at most [`MOST_OPERATIONS`]. If none can, the band is narrowed until
 //! one can: a limit costs the highest frequencies, and a warning says which.
@@ -44,20 +41,11 @@ pub(crate) const CAVITY_DENSITY: f64 = 0.35;
 const NARROWER: [f64; 2] = [1.1, 2.0];
 const MOST_STEPS: usize = 24;
 /// Longest time simulated after the pulse, in R/c, without and with cavities.
-const LONGEST: [f64; 2] = [12.0, 30.0];
+pub(crate) const LONGEST: [f64; 2] = [12.0, 30.0];
 /// Share of the error left to the discretisation of exact shapes.
 const FINE: f64 = 0.3;
 /// κ whose waves the triangles of an axisymmetric body resolve, at most.
 const FINEST: f64 = 30.0;
-/// Operations of triangles above which small cells are considered, and most operations of these in those of
-/// triangles.
-pub(crate) const LONG: f64 = 6e11;
-pub(crate) const LESS_WORK: f64 = 0.5;
-/// Small cells on the shortest wave for 1 %, with smooth and with sharp edges, and across a wall. Level
-/// errors seen against triangles of 0.4 %, with 10, 13 and 17 cells on the shortest wave: a mug at 12 kHz
-/// 1.4, 1.2 and 0.8 %, a sharp box 2.5, 1.9 and 1.2 %, a stone 0.4, 0.3 and 0.2 %.
-pub(crate) const SMALL_CELLS: [f64; 2] = [14.0, 19.0];
-const ACROSS: f64 = 3.0;
 /// Triangles that are `MOST_UNKNOWNS` by estimate may be a quarter more.
 const ESTIMATE: f64 = 1.25;
 
@@ -184,7 +172,6 @@ fn narrowed(k: f64, asked: f64) -> String {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
     Exact,
-    SmallCells,
     Triangles,
     TimeDomain,
     LongTriangles,
@@ -210,10 +197,9 @@ impl<'a> Body<'a> {
         let exact = !matches!(self.choice, BoundaryChoice::Triangles(_));
         let boundary = [Kind::Triangles, Kind::LongTriangles];
         let time = [Kind::TimeDomain, Kind::LargeCells];
-        let kinds = [Kind::Exact, Kind::SmallCells, boundary[0], time[0], boundary[1], time[1]];
+        let kinds = [Kind::Exact, boundary[0], time[0], boundary[1], time[1]];
         let wanted = |kind: &Kind| match kind {
             Kind::Exact => exact && self.options.method != Method::Fdtd,
-            Kind::SmallCells => self.options.method == Method::Auto,
             kind if boundary.contains(kind) => self.options.method != Method::Fdtd,
             _ => self.options.method != Method::Bem,
         };
@@ -273,51 +259,32 @@ impl<'a> Body<'a> {
         let long = fineness.with_long_edges(area);
         let wave = TAU / k;
         let coarse = (wave / 10.0).min(radius / 8.0);
-        let in_time = |spacing: f64| {
-            let [cells, steps] = WaveSolver::extent(radius, spacing, longest);
-            let operations = operations::time_domain(cells, steps);
-            let need = Need { operations, fill: cells / fdtd::MOST_CELLS as f64, growth: 3 };
-            (Candidate::TimeDomain { spacing, wall: fineness.wall }, need)
-        };
-        let on_triangles = |used: Resolution| {
-            let unknowns = used.unknowns >> planes;
-            let systems = [[1, 2, 4, 6][planes.min(3)], 1 << planes];
-            let need = Need {
-                operations: operations::triangles(unknowns, systems, kappa, density),
-                fill: unknowns as f64 / (ESTIMATE * MOST_UNKNOWNS as f64),
-                growth: 2,
-            };
-            (Candidate::Triangles(used), need)
-        };
         Ok(match kind {
             Kind::Exact => None,
-            Kind::SmallCells => {
-                let (_, Need { operations: of_triangles, .. }) = on_triangles(fineness);
-                let cell =
-                    small_cell(wave, radius, [fineness.wall, fineness.sharpness], self.options.accuracy);
-                let small = in_time(cell);
-                let worth = of_triangles > LONG && small.1.operations < LESS_WORK * of_triangles;
-                worth.then_some(small)
-            }
             Kind::LongTriangles if 4 * long.unknowns > 3 * fineness.unknowns => None,
-            Kind::Triangles => Some(on_triangles(fineness)),
-            Kind::LongTriangles => Some(on_triangles(long)),
+            Kind::Triangles | Kind::LongTriangles => {
+                let used = if kind == Kind::Triangles { fineness } else { long };
+                let unknowns = used.unknowns >> planes;
+                let systems = [[1, 2, 4, 6][planes.min(3)], 1 << planes];
+                let need = Need {
+                    operations: operations::triangles(unknowns, systems, kappa, density),
+                    fill: unknowns as f64 / (ESTIMATE * MOST_UNKNOWNS as f64),
+                    growth: 2,
+                };
+                Some((Candidate::Triangles(used), need))
+            }
             Kind::LargeCells if coarse < 0.75 * fineness.wall => None,
             Kind::TimeDomain | Kind::LargeCells => {
                 // Two cells across a wall; at least ten on the shortest wave, eight on the radius.
                 let fine = coarse.min(0.5 * fineness.wall);
-                Some(in_time(if kind == Kind::TimeDomain { fine } else { coarse }))
+                let spacing = if kind == Kind::TimeDomain { fine } else { coarse };
+                let [cells, steps] = WaveSolver::extent(radius, spacing, longest);
+                let operations = operations::time_domain(cells, steps);
+                let need = Need { operations, fill: cells / fdtd::MOST_CELLS as f64, growth: 3 };
+                Some((Candidate::TimeDomain { spacing, wall: fineness.wall }, need))
             }
         })
     }
-}
-
-/// Edge \[m\] of cells with the accuracy of triangles, for the shortest wave and a wall \[m\].
-pub(crate) fn small_cell(wave: f64, radius: f64, [wall, sharpness]: [f64; 2], accuracy: f64) -> f64 {
-    let finer = (accuracy / 0.01).sqrt();
-    let [smooth, sharp] = SMALL_CELLS;
-    let on_wave = smooth + sharpness * (sharp - smooth);
-    (finer * wave / on_wave).min(finer * wall / ACROSS).min(radius / 8.0)
 }
 
 /// Normals of the mirror planes to within an accuracy, in a phase and in a wall.

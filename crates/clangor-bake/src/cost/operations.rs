@@ -6,7 +6,7 @@
 //! triangles     F ( Σ_classes 0.43 n³ + 1500 g n² )     n unknowns of a class, g images
 //! patches       F 6 ( 4 n³ + 300 n² )
 //! meridian      F 3400 n²
-//! time domain   6 · 15 cells · steps
+//! time domain   6 · 12.5 cells · steps
 //! ```
 //!
 //! An estimate is good to a factor of two or three: the number of frequencies depends on the resonances of
@@ -47,5 +47,5 @@ pub(crate) fn meridian(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
 
 /// Six motions on a grid.
 pub(crate) fn time_domain(cells: f64, steps: f64) -> f64 {
-    6.0 * 15.0 * cells * steps
+    6.0 * 12.5 * cells * steps
 }

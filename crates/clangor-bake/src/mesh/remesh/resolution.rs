@@ -79,9 +79,6 @@ pub struct Resolution {
     pub wall: f64,
     /// Position of the thinnest wall.
     pub thinnest: DVec3,
-    /// How sharp the edges of the body are for the shortest edges: 1 if they are all as good as sharp, 0 if
-    /// they are all as smooth as faces.
-    pub sharpness: f64,
 }
 
 impl Resolution {
@@ -132,8 +129,7 @@ pub fn resolution(input: &TriMesh, max_wavenumber: f64, accuracy: f64) -> Result
         (field, options) = guided(shortest, coarse.min(longest * many))?;
         unknowns = field.expected_vertices(DENSITY);
     }
-    let sharpness = sharpness(&edges, options.min_edge);
-    Ok(Resolution { options, unknowns, wall, thinnest: thinnest + mass.centre_of_mass, sharpness })
+    Ok(Resolution { options, unknowns, wall, thinnest: thinnest + mass.centre_of_mass })
 }
 
 /// Relative error of edges with these (radius, extent) at edge length h, in that of sharp edges: Σ τ min(1,

@@ -1,5 +1,5 @@
-//! Contacts that were written by hand or by a script: JSON lines (`.jsonl`) or comma-separated values
-//! (`.csv`).
+//! Contacts that were written by hand or by a program: JSON lines (`.jsonl`), comma-separated values (`.csv`)
+//! or Parquet (`.parquet`).
 //!
 //! One contact per line, columns named as in `docs/format/timeline.md`, bodies by name or by number. Only
 //! what an impact needs must be given; the rest has a default:
@@ -8,7 +8,7 @@
 //! |---|---|---|
 //! | `t` | `t` | required \[s\] |
 //! | `body_a` | `body_a` | required |
-//! | `body_b` | `body_b` | the immovable world |
+//! | `body_b` | `body_b` | the immovable `world` |
 //! | `kind` | `kind` | `impact`; or `contact`, `constraint`, `fracture`, `sleep` |
 //! | `point_x` `_y` `_z` | `point` | required \[m\] |
 //! | `normal_x` `_y` `_z` | `normal` | required, from B to A; made a unit vector |
@@ -19,11 +19,13 @@
 //! | `depth` | `depth` | 0 |
 //! | `impact_id` | `impact_id` | a number of its own for each impact, 0 for other kinds |
 //!
-//! CSV needs a header line; empty lines and lines that begin with `#` are skipped in both. Rows may come in
+//! Parquet has the columns of CSV. CSV needs a header line; empty lines and lines that begin with `#` are skipped in both. Rows may come in
 //! any order and are sorted by time.
 
 mod csv;
 mod jsonl;
+
+pub(crate) use csv::split as split_line;
 
 use std::fs;
 use std::io;
@@ -32,6 +34,8 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
+
+use crate::formats::record_table::{Cell, RecordTable, RecordTableError, read_table};
 
 /// Why a contact list could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -45,7 +49,7 @@ pub enum ContactListError {
         source: io::Error,
     },
     /// The extension names neither format.
-    #[error("{path} is no contact list; name it .jsonl or .csv")]
+    #[error("{path} is no contact list; name it .jsonl, .csv or .parquet")]
     Extension {
         /// The file.
         path: PathBuf,
@@ -58,7 +62,10 @@ pub enum ContactListError {
         /// Where the text ends.
         at: usize,
     },
-    /// A line is wrong.
+    /// A Parquet file cannot be read.
+    #[error(transparent)]
+    Table(#[from] RecordTableError),
+    /// A line is wrong, or a row of a Parquet file, from 0.
     #[error("{path}, line {line}: {fault}")]
     Line {
         /// The file.
@@ -147,6 +154,20 @@ pub enum LineFault {
     },
 }
 
+/// A contact of a list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ListedContact {
+    /// Its line, or its row of a Parquet file, from 0.
+    pub line: usize,
+    /// The contact.
+    pub row: ContactRow,
+    /// Whether the list names the second body: another, or the `world`.
+    pub names_second: bool,
+}
+
+/// Name of the immovable surroundings, unless a body has it.
+const WORLD_NAME: &str = "world";
+
 /// Reads a contact list; the extension tells the format.
 ///
 /// `body` finds a body by its name; a text that is no name may be a number below `body_count`.
@@ -158,10 +179,38 @@ pub fn read_contact_list(
     body_count: usize,
     body: &dyn Fn(&str) -> Option<BodyId>,
 ) -> Result<Vec<ContactRow>, ContactListError> {
+    Ok(read_listed_contacts(path, body_count, body)?.into_iter().map(|listed| listed.row).collect())
+}
+
+/// As [`read_contact_list`], each row with its place in the list.
+///
+/// # Errors
+/// [`ContactListError`] names the line and the column.
+pub fn read_listed_contacts(
+    path: &Path,
+    body_count: usize,
+    body: &dyn Fn(&str) -> Option<BodyId>,
+) -> Result<Vec<ListedContact>, ContactListError> {
+    let entries = read_entries(path)?.and_then(|entries| {
+        entries
+            .into_iter()
+            .map(|(line, entry)| {
+                let names_second = entry.body_b.is_some();
+                let (row, is_numbered) = entry.into_row(body_count, body).map_err(|fault| (line, fault))?;
+                Ok((ListedContact { line, row, names_second }, is_numbered))
+            })
+            .collect::<Result<Vec<_>, _>>()
+    });
+    let rows = entries.map_err(|(line, fault)| ContactListError::Line { path: path.into(), line, fault })?;
+    Ok(finish(rows))
+}
+
+fn read_entries(path: &Path) -> Result<Parsed, ContactListError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let parse = match extension.as_str() {
         "jsonl" => jsonl::parse,
         "csv" => csv::parse,
+        "parquet" => return Ok(parse_table(&read_table(path)?)),
         _ => return Err(ContactListError::Extension { path: path.into() }),
     };
     let bytes = fs::read(path).map_err(|source| ContactListError::Io { path: path.into(), source })?;
@@ -169,30 +218,39 @@ pub fn read_contact_list(
         .map_err(|e| ContactListError::NotText { path: path.into(), at: e.utf8_error().valid_up_to() })?;
     // Editors of one system put a mark before the text.
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
-    let entries = parse(text).and_then(|entries| {
-        entries
-            .into_iter()
-            .map(|(line, entry)| entry.into_row(body_count, body).map_err(|fault| (line, fault)))
-            .collect::<Result<Vec<_>, _>>()
-    });
-    let rows = entries.map_err(|(line, fault)| ContactListError::Line { path: path.into(), line, fault })?;
-    Ok(finish(rows))
+    Ok(parse(text))
+}
+
+/// The rows of a Parquet file, whose columns are those of CSV.
+fn parse_table(table: &RecordTable) -> Parsed {
+    let header = csv::parse_header(&table.columns).map_err(|fault| (0, fault))?;
+    let text = |cell: &Cell| match cell {
+        Cell::Empty => String::new(),
+        Cell::Number(number) => number.to_string(),
+        Cell::Text(text) => text.clone(),
+    };
+    let entry = |record: &crate::formats::record_table::Record| {
+        let row = record.row as usize;
+        let values: Vec<String> = record.cells.iter().map(text).collect();
+        Ok((row, csv::parse_entry(&header, &values).map_err(|fault| (row, fault))?))
+    };
+    table.records.iter().map(entry).collect()
 }
 
 /// Numbers the impacts that have no number yet, and sorts.
-fn finish(rows: Vec<(ContactRow, bool)>) -> Vec<ContactRow> {
-    let mut next = rows.iter().map(|(row, _)| row.impact_id).max().unwrap_or(0);
-    let mut rows: Vec<ContactRow> = rows
+fn finish(rows: Vec<(ListedContact, bool)>) -> Vec<ListedContact> {
+    let mut next = rows.iter().map(|(listed, _)| listed.row.impact_id).max().unwrap_or(0);
+    let mut rows: Vec<ListedContact> = rows
         .into_iter()
-        .map(|(mut row, is_numbered)| {
-            if !is_numbered && row.kind == ContactKind::Impact {
+        .map(|(mut listed, is_numbered)| {
+            if !is_numbered && listed.row.kind == ContactKind::Impact {
                 next = next.saturating_add(1);
-                row.impact_id = next;
+                listed.row.impact_id = next;
             }
-            row
+            listed
         })
         .collect();
-    rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+    rows.sort_by(|a, b| a.row.time.total_cmp(&b.row.time));
     rows
 }
 
@@ -229,7 +287,11 @@ impl Entry {
             body(text).or_else(number).ok_or_else(|| LineFault::Body { column, text: text.into() })
         };
         let body_a = find("body_a", self.body_a.as_deref().ok_or(LineFault::Missing { column: "body_a" })?)?;
-        let body_b = self.body_b.as_deref().map_or(Ok(BodyId::WORLD), |text| find("body_b", text))?;
+        let body_b = match self.body_b.as_deref() {
+            None => BodyId::WORLD,
+            Some(WORLD_NAME) if body(WORLD_NAME).is_none() => BodyId::WORLD,
+            Some(text) => find("body_b", text)?,
+        };
         let kind = match self.kind.as_deref().unwrap_or("impact") {
             "impact" => ContactKind::Impact,
             "contact" => ContactKind::Contact,

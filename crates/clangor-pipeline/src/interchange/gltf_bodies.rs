@@ -1,13 +1,23 @@
 //! The nodes of a glTF file as bodies of a world: those of the scene by their names, others from their meshes.
 
-use clangor_core::body::{Body, BodyId, Life, Motion, World};
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId, Life, Motion, Surface, World};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::material::{Material, presets};
 use clangor_core::pose::Pose;
+use clangor_core::scene::instantiate::{GeometryError, LoadedGeometry};
 use glam::DVec3;
 
 use crate::formats::gltf_motion::GltfNode;
 use crate::motion::recording::{Frame, RecordedBody};
 use crate::stages::load::mesh_geometry;
+
+/// Largest difference of distances of vertices on a sphere, relative; 32-bit files have 1e-7.
+const ROUND: f64 = 1e-4;
+/// Least volume of a mesh on a sphere over that of the ball: about 80 triangles.
+const FILLED: f64 = 0.8;
 
 /// Why a node is no body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -57,6 +67,7 @@ pub(super) fn add_nodes(
     let mut recorded = Vec::new();
     let in_scene: Vec<String> = world.bodies.iter().map(|body| body.name.clone()).collect();
     let mut seen: Vec<String> = Vec::new();
+    let mut solids = Solids::default();
     for node in nodes {
         let described = in_scene.iter().position(|name| *name == node.name);
         let belongs_to_other = node.ancestors.iter().any(|name| in_scene.contains(name));
@@ -71,9 +82,9 @@ pub(super) fn add_nodes(
         }
         seen.push(node.name.clone());
         let (index, centre) = match described {
-            Some(index) => (index, centre_of_mass(&node, notices)),
+            Some(index) => (index, centre_of_mass(&mut solids, &node, notices)),
             None => {
-                let (body, centre) = new_body(world, &node, notices)?;
+                let (body, centre) = new_body(world, &mut solids, &node, notices)?;
                 world.bodies.push(body);
                 (world.bodies.len() - 1, centre)
             }
@@ -99,10 +110,52 @@ pub(super) fn add_nodes(
     Ok(recorded)
 }
 
+/// Solids of meshes, which copies share.
+#[derive(Default)]
+struct Solids {
+    known: Vec<(TriMesh, LoadedGeometry)>,
+}
+
+impl Solids {
+    fn of(&mut self, mesh: &TriMesh) -> Result<LoadedGeometry, GeometryError> {
+        if let Some((_, geometry)) = self.known.iter().find(|(known, _)| known == mesh) {
+            return Ok(geometry.clone());
+        }
+        let geometry = match sphere(mesh) {
+            Some(sphere) => sphere,
+            None => mesh_geometry(mesh.clone(), 1.0)?,
+        };
+        self.known.push((mesh.clone(), geometry.clone()));
+        Ok(geometry)
+    }
+}
+
+/// The ball whose surface a mesh approximates: all vertices at one distance from a point, and most of the volume
+/// between them. Its facets would make another contact than a sphere.
+fn sphere(mesh: &TriMesh) -> Option<LoadedGeometry> {
+    let mass = MassProperties::of(mesh).ok()?;
+    let centre = mass.centre_of_mass;
+    let distances = || mesh.vertices.iter().map(|vertex| vertex.distance(centre));
+    let radius = distances().sum::<f64>() / mesh.vertices.len() as f64;
+    let is_round = distances().all(|distance| (distance - radius).abs() < ROUND * radius);
+    let ball = MassProperties::of_sphere(radius);
+    if !is_round || mass.volume < FILLED * ball.volume {
+        return None;
+    }
+    Some(LoadedGeometry {
+        surface: Arc::new(Surface::Sphere { radius }),
+        mass: MassProperties { centre_of_mass: centre, ..ball },
+        warnings: vec![format!(
+            "its {} vertices lie on a sphere of {radius:.6} m, which it is taken for",
+            mesh.vertices.len()
+        )],
+    })
+}
+
 /// Centre of mass in the frame of a node that the scene describes.
-fn centre_of_mass(node: &GltfNode, notices: &mut Vec<String>) -> DVec3 {
-    let Some(mesh) = node.mesh.clone() else { return DVec3::ZERO };
-    match mesh_geometry(mesh, 1.0) {
+fn centre_of_mass(solids: &mut Solids, node: &GltfNode, notices: &mut Vec<String>) -> DVec3 {
+    let Some(mesh) = &node.mesh else { return DVec3::ZERO };
+    match solids.of(mesh) {
         Ok(geometry) => geometry.mass.centre_of_mass,
         Err(_) => {
             notices.push(format!(
@@ -116,11 +169,12 @@ fn centre_of_mass(node: &GltfNode, notices: &mut Vec<String>) -> DVec3 {
 
 fn new_body(
     world: &World,
+    solids: &mut Solids,
     node: &GltfNode,
     notices: &mut Vec<String>,
 ) -> Result<(Body, DVec3), GltfBodyFault> {
     let mesh = node.mesh.clone().unwrap_or_default();
-    let geometry = mesh_geometry(mesh, 1.0).map_err(|error| GltfBodyFault::Geometry {
+    let geometry = solids.of(&mesh).map_err(|error| GltfBodyFault::Geometry {
         node: node.name.clone(),
         reason: error.reason,
         remedy: error.remedy,

@@ -27,12 +27,16 @@ use super::touching::{Placed, SampledSurface, Touch, may_touch, touches};
 const TOUCHING: (f64, f64, f64) = (0.003, 0.03, 2e-5);
 /// Factors on those gaps that are tried until something touches.
 const WIDER: [f64; 3] = [1.0, 4.0, 16.0];
+/// Other instants that are tried where nothing touches, in frames.
+const ELSEWHERE: [f64; 8] = [0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
 /// Largest gap of all, as a share of the smaller body.
 const WIDEST: f64 = 0.3;
 /// Friction above that of the materials that a recording may have: factor and sum.
 const FRICTION_SLACK: (f64, f64) = (1.25, 0.05);
 /// Smallest share of the largest impulse of a pair that is a row.
 const SMALLEST_SHARE: f64 = 1e-4;
+/// Distance of points that are one contact, as a share of the smaller body.
+const MERGED: f64 = 0.075;
 /// Unexplained share from which a wider gap is tried.
 const POOR: f64 = 0.3;
 
@@ -137,8 +141,18 @@ impl<'a> Scene<'a> {
     /// The event of a window, with those of other bodies that belong to it, which are then done.
     fn event(&self, windows: &[JumpWindow], first: usize, done: &mut [bool]) -> Option<Event> {
         let mut best: Option<(Event, Vec<usize>)> = None;
-        for factor in WIDER {
-            let Some((event, used)) = self.event_within(windows, first, done, factor) else { continue };
+        let JumpWindow { time, span, .. } = windows[first];
+        let here = WIDER.map(|factor| (factor, 0.0));
+        // Where two impacts share a frame, the instant is uncertain by one.
+        let elsewhere = WIDER.into_iter().flat_map(|factor| ELSEWHERE.map(|part| (factor, part)));
+        for (factor, part) in here.into_iter().chain(elsewhere) {
+            if part != 0.0 && best.is_some() {
+                break;
+            }
+            let instant = (time + part * span).max(0.0);
+            let Some((event, used)) = self.event_within(windows, first, done, (instant, factor)) else {
+                continue;
+            };
             let is_good = event.residual < POOR;
             if best.as_ref().is_none_or(|(found, _)| event.residual < 0.7 * found.residual) {
                 best = Some((event, used));
@@ -157,23 +171,25 @@ impl<'a> Scene<'a> {
         windows: &[JumpWindow],
         first: usize,
         done: &[bool],
-        factor: f64,
+        (time, factor): (f64, f64),
     ) -> Option<(Event, Vec<usize>)> {
         let start = windows[first];
-        let time = start.time;
         let (mut members, mut used) = (vec![self.member(start.body, Some(start), time)?], Vec::new());
         let mut points: Vec<(FitContact, Touch)> = Vec::new();
         let mut next = 0;
         while next < members.len() {
             let one = members[next];
-            if one.window.is_none() {
+            if one.fit.inverse_mass <= 0.0 {
                 next += 1;
                 continue;
             }
+            // What an impact sets in motion may rest on others, through which the impulse goes on; what has an
+            // impact of its own may be farther away at a wrong instant.
+            let factor = if one.window.is_some() { factor } else { 1.0 };
             for other in (0..self.world.bodies.len() as u32).map(BodyId).filter(|id| *id != one.body) {
                 let place = members.iter().position(|member| member.body == other);
                 // A pair is searched once, from the member that came first.
-                if place.is_some_and(|place| place < next && members[place].window.is_some()) {
+                if place.is_some_and(|place| place < next && members[place].fit.inverse_mass > 0.0) {
                     continue;
                 }
                 let window = self.window_near(windows, other, time, start.span, done);
@@ -254,7 +270,7 @@ impl<'a> Scene<'a> {
                 is_supported = window.first > 1 && kinematics.is_supported(window.first - 1);
                 kinematics.continued(window.first - 1, time)
             }
-            None => kinematics.between(time)?,
+            None => kinematics.at(time)?,
         };
         fit.inverse_mass = kinematics.inertia.mass.recip();
         fit.inverse_inertia = kinematics.inertia.inverse_at(state.pose.orientation);
@@ -323,15 +339,14 @@ impl Event {
                 .into_iter()
                 .filter(|index| normal_impulse(*index) > SMALLEST_SHARE * largest)
                 .collect();
-            if pushing.is_empty() {
+            let sizes = pair.map(|place| scene.surfaces[self.members[place].body.index()].radius);
+            let pushes = self.merged(&pushing, MERGED * sizes[0].min(sizes[1]));
+            if pushes.is_empty() {
                 continue;
             }
-            let velocity = |index: usize| {
-                let point = self.points[index].0.point;
-                a.state.velocity_at(point) - b.state.velocity_at(point)
-            };
-            let approach = |index: usize| -velocity(index).dot(self.points[index].0.normal);
-            let speed = pushing.iter().map(|index| approach(*index)).fold(0.0, f64::max);
+            let velocity = |point: DVec3| a.state.velocity_at(point) - b.state.velocity_at(point);
+            let approach = |push: &Push| -velocity(push.point).dot(push.normal);
+            let speed = pushes.iter().map(approach).fold(0.0, f64::max);
             // The velocity of a supported body is uncertain by what gravity adds in a frame.
             let fall = scene.world.gravity.length() * a.window.or(b.window).map_or(0.0, |window| window.span);
             let least = if a.is_supported && b.is_supported { v_min + fall } else { v_min };
@@ -342,9 +357,7 @@ impl Event {
                 is_heard = true;
                 found.confidence.insert(impact_id, (1.0 - self.residual).clamp(0.0, 1.0));
             }
-            found.contacts.extend(pushing.into_iter().map(|index| {
-                let (FitContact { point, normal, .. }, Touch { gap, .. }) = self.points[index];
-                let impulse_n = normal_impulse(index);
+            found.contacts.extend(pushes.into_iter().map(|Push { point, normal, impulse, gap }| {
                 ContactRow {
                     time: self.time,
                     body_a: a.body,
@@ -352,10 +365,10 @@ impl Event {
                     kind: if is_impact { ContactKind::Impact } else { ContactKind::Contact },
                     point,
                     normal,
-                    impulse_n,
-                    impulse_t: self.impulses[index] - normal * impulse_n,
+                    impulse_n: impulse.dot(normal),
+                    impulse_t: impulse - normal * impulse.dot(normal),
                     couple: DVec3::ZERO,
-                    velocity: velocity(index),
+                    velocity: velocity(point),
                     depth: -gap,
                     impact_id,
                 }
@@ -373,4 +386,39 @@ impl Event {
             }));
         }
     }
+    /// Points that push, those within `near` \[m\] of a stronger one joined with it: samples of one contact.
+    fn merged(&self, pushing: &[usize], near: f64) -> Vec<Push> {
+        let mut order = pushing.to_vec();
+        order.sort_by(|a, b| self.impulses[*b].length().total_cmp(&self.impulses[*a].length()));
+        let mut groups: Vec<(DVec3, Vec<usize>)> = Vec::new();
+        for index in order {
+            let point = self.points[index].0.point;
+            match groups.iter_mut().find(|(centre, _)| centre.distance(point) < near) {
+                Some((_, group)) => group.push(index),
+                None => groups.push((point, vec![index])),
+            }
+        }
+        let push = |(_, group): (DVec3, Vec<usize>)| {
+            let weight = |index: usize| self.impulses[index].dot(self.points[index].0.normal);
+            let total: f64 = group.iter().map(|index| weight(*index)).sum();
+            let mean = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
+                group.iter().map(|index| of(*index) * (weight(*index) / total)).sum()
+            };
+            Push {
+                point: mean(&|index| self.points[index].0.point),
+                normal: mean(&|index| self.points[index].0.normal).normalize(),
+                impulse: group.iter().map(|index| self.impulses[*index]).sum(),
+                gap: self.points[group[0]].1.gap,
+            }
+        };
+        groups.into_iter().map(push).collect()
+    }
+}
+
+/// The impulse of one contact.
+struct Push {
+    point: DVec3,
+    normal: DVec3,
+    impulse: DVec3,
+    gap: f64,
 }

@@ -9,7 +9,13 @@
 //!
 //! An impact between two frames shares its jump J between them, Δₖ = (1 − f) J and Δₖ₊₁ = f J, where f is the
 //! part of the frame that had passed: this is the instant in which the flights before and after meet. Jumps of
-//! two frames are one impact where they have one direction; f follows from their projections on J.
+//! two frames are one impact where they have one direction; f follows from their projections on J. Impacts in
+//! frames that follow each other share a jump, and are told apart by their directions:
+//!
+//! ```text
+//! two:    Δ₂ = α Δ₁ + β Δ₃                  J = (1 + α) Δ₁, (1 + β) Δ₃
+//! three:  Δ₃ = β Δ₄ + γ Δ₂ − γ α Δ₁         and (1 + γ)(Δ₂ − α Δ₁) between them        α, β, γ ≥ 0
+//! ```
 
 use clangor_core::body::BodyId;
 use glam::DVec3;
@@ -20,6 +26,12 @@ use super::kinematics::{Jump, Kinematics};
 const NEIGHBOURS: usize = 5;
 /// Cosine between two jumps from which they are one.
 const SAME_DIRECTION: f64 = 0.9;
+/// Unexplained share of the energy of a jump up to which it is shared by two impacts.
+const UNEXPLAINED: f64 = 0.05;
+/// Weight of the rotation where directions of jumps are compared.
+const TURNING_WEIGHT: f64 = 0.05;
+/// Largest ratio of the two shares of an impact.
+const LARGEST_RATIO: f64 = 30.0;
 /// The same for a jump that is small against its neighbour, whose direction is uncertain.
 const SMALL_SAME_DIRECTION: f64 = 0.5;
 
@@ -43,35 +55,188 @@ pub(super) struct JumpWindow {
 
 /// The impacts of a body, in order of time.
 pub(super) fn jump_windows(body: BodyId, kinematics: &Kinematics<'_>, v_min: f64) -> Vec<JumpWindow> {
-    let thresholds = thresholds(kinematics, v_min);
-    let is_hit = |k: usize| kinematics.jumps.get(k).is_some_and(|jump| jump.size > thresholds[k]);
+    let run = Run { body, kinematics, thresholds: thresholds(kinematics, v_min) };
     let mut windows: Vec<JumpWindow> = Vec::new();
     let mut k = 1;
     while k + 1 < kinematics.frames.len() {
-        if !is_hit(k) {
+        if !run.is_hit(k) {
             k += 1;
             continue;
         }
         let before = windows.last().map_or(0, |window| window.last);
-        // A share below the threshold lies before the frame only if that frame belongs to no other impact.
-        let joins = |other: usize| {
-            let cosine = cosine(kinematics, k, other);
-            let limit = if is_hit(other) { SAME_DIRECTION } else { SMALL_SAME_DIRECTION };
-            other > before && other + 1 < kinematics.frames.len() && cosine > limit
-        };
-        let later = joins(k + 1);
-        let earlier = k > 1 && !is_hit(k - 1) && joins(k - 1);
-        let share = |other: usize| kinematics.jumps[other].size;
-        let (first, last) = match (earlier, later) {
-            (true, true) if share(k - 1) > share(k + 1) && !is_hit(k + 1) => (k - 1, k),
-            (_, true) => (k, k + 1),
-            (true, false) => (k - 1, k),
-            (false, false) => (k, k),
-        };
-        windows.push(window(body, kinematics, first, last));
-        k = last + 1;
+        let length = (k..).take_while(|frame| run.is_hit(*frame)).count();
+        let (found, frames) = run.first_impacts(k, length, before);
+        windows.extend(found);
+        k += frames;
     }
     windows
+}
+
+/// A body and the jumps from which its frames count.
+struct Run<'a> {
+    body: BodyId,
+    kinematics: &'a Kinematics<'a>,
+    thresholds: Vec<f64>,
+}
+
+impl Run<'_> {
+    fn is_hit(&self, k: usize) -> bool {
+        self.kinematics.jumps.get(k).is_some_and(|jump| jump.size > self.thresholds[k])
+    }
+
+    /// The first impacts of a run of frames that count, and how many of its frames they take; `before` is the
+    /// last frame of the impact before.
+    fn first_impacts(&self, k: usize, length: usize, before: usize) -> (Vec<JumpWindow>, usize) {
+        let is_one = |k: usize| cosine(self.kinematics, k, k + 1) > SAME_DIRECTION;
+        match length {
+            0 | 1 => {}
+            _ if is_one(k) => return (vec![self.window(k, k + 1)], 2),
+            2 => {}
+            3 => {
+                if let Some(found) = self.two_impacts(k) {
+                    return (found.into(), 3);
+                }
+            }
+            _ => {
+                if let Some(found) = self.three_impacts(k) {
+                    return (found.into(), 4);
+                }
+                if let Some(found) = self.two_impacts(k) {
+                    return (found.into(), 3);
+                }
+            }
+        }
+        (vec![self.single(k, before)], 1)
+    }
+
+    /// An impact near one frame, with the share below the threshold that a neighbour may have.
+    fn single(&self, k: usize, before: usize) -> JumpWindow {
+        let share = |other: usize| {
+            let is_free = other > before && other > 0 && other + 1 < self.kinematics.frames.len();
+            let joins =
+                is_free && !self.is_hit(other) && cosine(self.kinematics, k, other) > SMALL_SAME_DIRECTION;
+            if joins { self.kinematics.jumps[other].size } else { 0.0 }
+        };
+        let (earlier, later) = (share(k - 1), share(k + 1));
+        match (earlier, later) {
+            _ if later > earlier => self.window(k, k + 1),
+            _ if earlier > 0.0 => self.window(k - 1, k),
+            _ => self.window(k, k),
+        }
+    }
+
+    /// Two impacts in the two intervals between three frames.
+    fn two_impacts(&self, k: usize) -> Option<[JumpWindow; 2]> {
+        let [first, middle, last] = [k, k + 1, k + 2].map(|k| self.kinematics.jumps[k]);
+        let [alpha, beta] = self.combination(k, &middle, [&first, &last])?;
+        Some([
+            self.shared(k, scaled(&first, 1.0 + alpha), alpha / (1.0 + alpha)),
+            self.shared(k + 1, scaled(&last, 1.0 + beta), 1.0 / (1.0 + beta)),
+        ])
+    }
+
+    /// Three impacts in the three intervals between four frames.
+    fn three_impacts(&self, k: usize) -> Option<[JumpWindow; 3]> {
+        let [one, two, three, four] = [k, k + 1, k + 2, k + 3].map(|k| self.kinematics.jumps[k]);
+        let [beta, gamma, delta] = self.combination(k, &three, [&four, &two, &scaled(&one, -1.0)])?;
+        let alpha = if gamma > 0.0 { delta / gamma } else { return None };
+        let rest = sum(&two, &scaled(&one, -alpha));
+        Some([
+            self.shared(k, scaled(&one, 1.0 + alpha), alpha / (1.0 + alpha)),
+            self.shared(k + 1, scaled(&rest, 1.0 + gamma), gamma / (1.0 + gamma)),
+            self.shared(k + 2, scaled(&four, 1.0 + beta), 1.0 / (1.0 + beta)),
+        ])
+    }
+
+    /// Factors of `parts` that sum to `whole`, by least squares; `None` if one is negative, too large for a
+    /// share, or the rest too large.
+    fn combination<const N: usize>(&self, k: usize, whole: &Jump, parts: [&Jump; N]) -> Option<[f64; N]> {
+        let dot = |a: &Jump, b: &Jump| product(self.kinematics, k + 1, a, b);
+        let mut matrix = [[0.0; N]; N];
+        let mut factors = [0.0; N];
+        for i in 0..N {
+            factors[i] = dot(parts[i], whole);
+            for j in 0..N {
+                matrix[i][j] = dot(parts[i], parts[j]);
+            }
+        }
+        solve(&mut matrix, &mut factors)?;
+        let made = parts
+            .iter()
+            .zip(factors)
+            .fold(Jump::default(), |all, (part, factor)| sum(&all, &scaled(part, factor)));
+        let rest = sum(whole, &scaled(&made, -1.0));
+        let is_share = factors.iter().all(|factor| (0.0..LARGEST_RATIO).contains(factor));
+        (is_share && dot(&rest, &rest) < UNEXPLAINED * dot(whole, whole)).then_some(factors)
+    }
+
+    /// An impact in the interval after frame `k`, after a part of it.
+    fn shared(&self, k: usize, jump: Jump, part: f64) -> JumpWindow {
+        let span = self.kinematics.intervals[k].length;
+        JumpWindow {
+            body: self.body,
+            first: k,
+            last: k + 1,
+            time: self.kinematics.frames[k].time + span * part,
+            span,
+            velocity: jump.velocity,
+            angular_momentum: jump.angular_momentum,
+        }
+    }
+
+    fn window(&self, first: usize, last: usize) -> JumpWindow {
+        let kinematics = self.kinematics;
+        let whole = kinematics.jumps[first];
+        if last == first {
+            let mut single = self.shared(first, whole, 0.0);
+            single.last = first;
+            return single;
+        }
+        let late = kinematics.jumps[last];
+        let whole = sum(&whole, &late);
+        let size = product(kinematics, first, &whole, &whole);
+        let part = if size > 0.0 { product(kinematics, first, &late, &whole) / size } else { 0.0 };
+        self.shared(first, whole, part.clamp(0.0, 1.0))
+    }
+}
+
+fn scaled(jump: &Jump, factor: f64) -> Jump {
+    let (velocity, angular_momentum) = (jump.velocity * factor, jump.angular_momentum * factor);
+    Jump { velocity, angular_momentum, ..*jump }
+}
+
+fn sum(a: &Jump, b: &Jump) -> Jump {
+    Jump {
+        velocity: a.velocity + b.velocity,
+        angular_momentum: a.angular_momentum + b.angular_momentum,
+        ..*a
+    }
+}
+
+/// Solves a small system by elimination with pivots; `None` if it is singular.
+fn solve<const N: usize>(matrix: &mut [[f64; N]; N], right: &mut [f64; N]) -> Option<()> {
+    let scale = (0..N).map(|i| matrix[i][i].abs()).fold(0.0, f64::max);
+    for column in 0..N {
+        let pivot =
+            (column..N).max_by(|a, b| matrix[*a][column].abs().total_cmp(&matrix[*b][column].abs()))?;
+        if matrix[pivot][column].abs() <= 1e-9 * scale {
+            return None;
+        }
+        matrix.swap(column, pivot);
+        right.swap(column, pivot);
+        for row in column + 1..N {
+            let factor = matrix[row][column] / matrix[column][column];
+            for k in column..N {
+                matrix[row][k] -= factor * matrix[column][k];
+            }
+            right[row] -= factor * right[column];
+        }
+    }
+    for row in (0..N).rev() {
+        let known: f64 = (row + 1..N).map(|k| matrix[row][k] * right[k]).sum();
+        right[row] = (right[row] - known) / matrix[row][row];
+    }
+    Some(())
 }
 
 fn thresholds(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<f64> {
@@ -90,31 +255,16 @@ fn thresholds(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Product of two jumps in the metric of energy per mass [m²/s²].
+/// Product of two jumps [m²/s²]. Velocities have the direction of the impulse; the rotation in a frame with an
+/// impact is exact only for small angles, and tells apart what velocities cannot.
 fn product(kinematics: &Kinematics<'_>, at: usize, a: &Jump, b: &Jump) -> f64 {
     let inverse = kinematics.inertia.inverse_at(kinematics.frames[at].pose.orientation);
-    a.velocity.dot(b.velocity)
-        + a.angular_momentum.dot(inverse * b.angular_momentum) / kinematics.inertia.mass
+    let turning = a.angular_momentum.dot(inverse * b.angular_momentum) / kinematics.inertia.mass;
+    a.velocity.dot(b.velocity) + TURNING_WEIGHT * turning
 }
 
 fn cosine(kinematics: &Kinematics<'_>, k: usize, other: usize) -> f64 {
     let (Some(a), Some(b)) = (kinematics.jumps.get(k), kinematics.jumps.get(other)) else { return 0.0 };
-    let size = a.size * b.size;
-    if size > 0.0 { product(kinematics, k, a, b) / size } else { 0.0 }
-}
-
-fn window(body: BodyId, kinematics: &Kinematics<'_>, first: usize, last: usize) -> JumpWindow {
-    let jumps = &kinematics.jumps;
-    let (mut sum, span) = (jumps[first], kinematics.intervals[first].length);
-    let mut time = kinematics.frames[first].time;
-    if last > first {
-        let late = jumps[last];
-        sum.velocity += late.velocity;
-        sum.angular_momentum += late.angular_momentum;
-        let whole = product(kinematics, first, &sum, &sum);
-        let part = if whole > 0.0 { product(kinematics, first, &late, &sum) / whole } else { 0.0 };
-        time += span * part.clamp(0.0, 1.0);
-    }
-    let Jump { velocity, angular_momentum, .. } = sum;
-    JumpWindow { body, first, last, time, span, velocity, angular_momentum }
+    let square = product(kinematics, k, a, a) * product(kinematics, k, b, b);
+    if square > 0.0 { product(kinematics, k, a, b) / square.sqrt() } else { 0.0 }
 }

@@ -144,19 +144,21 @@ impl<'a> Kinematics<'a> {
         held.length() > 0.0 && (jump.velocity - held).length() < 0.5 * held.length()
     }
 
-    /// Between the frames around `time`: position linear, rotation the shortest; the velocity is the mean.
-    pub(super) fn between(&self, time: f64) -> Option<State> {
+    /// State at a time in a frame without an impact: the frame before continued; the means of the frame where
+    /// that has a jump, or none is before it.
+    pub(super) fn at(&self, time: f64) -> Option<State> {
         let index = self.interval_at(time)?;
+        let jump = self.jumps[index];
+        let is_smooth = jump.size < 2.0 * self.inertia.gravity.length() * jump.span;
+        if index > 0 && is_smooth {
+            return Some(self.continued(index - 1, time));
+        }
         let (from, interval) = (self.frames[index], self.intervals[index]);
         let tau = (time - from.time).clamp(0.0, interval.length);
         let position = from.pose.position + interval.velocity * tau;
         let turn = DQuat::from_scaled_axis(interval.angular_velocity * tau);
         let orientation = (turn * from.pose.orientation).normalize();
-        let State { velocity, angular_velocity, .. } = State {
-            pose: from.pose,
-            velocity: interval.velocity,
-            angular_velocity: interval.angular_velocity,
-        };
+        let Interval { velocity, angular_velocity, .. } = interval;
         Some(State { pose: Pose { position, orientation }, velocity, angular_velocity })
     }
 }

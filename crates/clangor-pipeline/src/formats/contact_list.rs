@@ -9,7 +9,7 @@
 //! | `t` | `t` | required \[s\] |
 //! | `body_a` | `body_a` | required |
 //! | `body_b` | `body_b` | the immovable `world` |
-//! | `kind` | `kind` | `impact`; or `contact`, `constraint`, `fracture`, `sleep` |
+//! | `kind` | `kind` | `impact`; or `contact`, `constraint`, `fracture`, `sleep`, or their numbers in a timeline |
 //! | `point_x` `_y` `_z` | `point` | required \[m\] |
 //! | `normal_x` `_y` `_z` | `normal` | required, from B to A; made a unit vector |
 //! | `impulse_n` | `impulse_n` | required \[N s\] |
@@ -290,6 +290,7 @@ impl Entry {
         let body_b = match self.body_b.as_deref() {
             None => BodyId::WORLD,
             Some(WORLD_NAME) if body(WORLD_NAME).is_none() => BodyId::WORLD,
+            Some(text) if text.parse() == Ok(BodyId::WORLD.0) => BodyId::WORLD,
             Some(text) => find("body_b", text)?,
         };
         let kind = match self.kind.as_deref().unwrap_or("impact") {
@@ -298,7 +299,10 @@ impl Entry {
             "constraint" => ContactKind::Constraint,
             "fracture" => ContactKind::Fracture,
             "sleep" => ContactKind::Sleep,
-            other => return Err(LineFault::Kind { text: other.into() }),
+            other => {
+                let code = other.parse().ok().and_then(ContactKind::from_code);
+                code.ok_or_else(|| LineFault::Kind { text: other.into() })?
+            }
         };
         let needed = |column, value: Option<f64>| value.ok_or(LineFault::Missing { column });
         let normal = needed_vector("normal", self.normal)?;

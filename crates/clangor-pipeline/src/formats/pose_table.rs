@@ -9,7 +9,7 @@
 //! | `orientation_x` `_y` `_z` `_w` | `orientation` | not turned |
 //!
 //! Columns `velocity_*` and `angular_velocity_*` may be there, as in the tables of timelines: motion is told
-//! from the poses. The rows of a body come in order of time; those of several bodies may be mixed.
+//! from the poses. The rows of a body come in order of time, up to 1 ms; those of several bodies may be mixed.
 
 use std::path::{Path, PathBuf};
 
@@ -22,6 +22,9 @@ use crate::motion::recording::Frame;
 
 /// Frames this near to each other at one time are one \[m\].
 const SAME_PLACE: f64 = 1e-6;
+
+/// How late a row may come \[s\]: timelines write an impact when it is over.
+const LATE: f64 = 1e-3;
 
 /// What a position of a row is that of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,19 +132,26 @@ pub fn read_pose_table(
             bodies.push((id, Vec::new()));
             bodies.len() - 1
         });
-        let (frame, frames) = (reader.frame(record)?, &mut bodies[place].1);
-        // Timelines have a row at an impact besides that of the same instant.
-        let is_same = |last: &Frame| {
-            last.time == frame.time && last.pose.position.distance(frame.pose.position) < SAME_PLACE
-        };
-        if !frames.last().is_some_and(is_same) {
-            frames.push(frame);
-        }
+        insert(&mut bodies[place].1, reader.frame(record)?);
     }
     if bodies.is_empty() {
         return Err(PoseTableError::Empty { path: path.into() });
     }
     Ok(PoseTable { position_of: reader.position_of, bodies })
+}
+
+/// Adds a frame, a little late ones in their place. Timelines have a row at an impact besides that of the same
+/// instant; it is left out.
+fn insert(frames: &mut Vec<Frame>, frame: Frame) {
+    let latest = frames.last().map_or(f64::NEG_INFINITY, |last| last.time);
+    let is_late = frame.time < latest && frame.time >= latest - LATE;
+    let place = if is_late { frames.partition_point(|f| f.time <= frame.time) } else { frames.len() };
+    let is_same = |before: &Frame| {
+        before.time == frame.time && before.pose.position.distance(frame.pose.position) < SAME_PLACE
+    };
+    if !place.checked_sub(1).is_some_and(|before| is_same(&frames[before])) {
+        frames.insert(place, frame);
+    }
 }
 
 /// Places of the columns.

@@ -1,5 +1,5 @@
-//! Our own motion, exported as glTF and imported with meshes and materials alone: the poses come back, and the
-//! impacts are found in the motion.
+//! Our own motion, exported as glTF and imported with meshes and materials alone: the poses come back, and
+//! the impacts are found in the motion.
 
 mod program;
 mod sound_file;
@@ -67,8 +67,8 @@ fn hits((bodies, timeline): &(Vec<Body>, Timeline)) -> BTreeMap<String, Vec<Hit>
     hits
 }
 
-/// Share of Σ J²/m that has an impact of the same body within `tolerance` \[s\], each used once; and the share
-/// of those whose impulse is within 20 %, by energy.
+/// Share of Σ J²/m that has an impact of the same body within `tolerance` \[s\], each used once; and the
+/// share of those whose impulse is within 20 %, by energy.
 fn found_share(
     own: &BTreeMap<String, Vec<Hit>>,
     found: &BTreeMap<String, Vec<Hit>>,
@@ -157,7 +157,8 @@ fn cross_poses_and_contacts_of_a_drop_sound_as_the_scene_itself() {
     for row in &own.contacts {
         // Without the second body: the floor is told from the point.
         contacts += &serde_json::json!({
-            "t": row.time, "body_a": row.body_a.0, "point": row.point.to_array(), "normal": row.normal.to_array(),
+            "t": row.time, "body_a": row.body_a.0, "point": row.point.to_array(),
+            "normal": row.normal.to_array(),
             "impulse_n": row.impulse_n, "velocity": row.velocity.to_array(),
         })
         .to_string();

@@ -75,8 +75,9 @@ fn analytic_a_bounce_between_frames_is_found_at_its_instant() {
         assert_eq!(rows.len(), 1, "{rate} Hz: {rows:?}");
         let row = rows[0];
         assert_eq!((row.body_a, row.body_b), (BodyId(0), BodyId(1)));
-        // A ball of steel on granite without spin keeps its tangential velocity within friction; what the floor
-        // gives is m Δv at the point below it. Largest errors seen: 2e-9 s, 4e-9 m/s, 1e-8 of the impulse.
+        // A ball of steel on granite without spin keeps its tangential velocity within friction; what the
+        // floor gives is m Δv at the point below it. Largest errors seen: 2e-9 s, 4e-9 m/s, 1e-8 of the
+        // impulse.
         assert!((row.time - instant).abs() < 1e-6, "{rate} Hz: {}", row.time);
         assert!(row.point.distance(DVec3::ZERO) < 1e-6, "{rate} Hz: {}", row.point);
         assert!((row.approach_speed() - 3.0).abs() < 1e-5, "{rate} Hz: {}", row.approach_speed());
@@ -117,8 +118,8 @@ fn analytic_a_corner_off_the_centre_gets_the_impulse_of_both_jumps() {
         let sum: DVec3 = rows.iter().map(|row| row.impulse()).sum();
         let error = sum.distance(impulse) / impulse.length();
         println!("{rate} Hz: impulse off by {error:.1e}, instant by {:.1e} s", rows[0].time - instant);
-        // The mean rotation of the frame with the impact is exact to second order in its angle: largest errors
-        // seen 4e-2 at 24 Hz, 6e-4 at 1000 Hz.
+        // The mean rotation of the frame with the impact is exact to second order in its angle: largest
+        // errors seen 4e-2 at 24 Hz, 6e-4 at 1000 Hz.
         assert!(error < if rate < 100.0 { 0.08 } else { 0.01 }, "{rate} Hz: {sum} for {impulse}");
         assert!((rows[0].time - instant).abs() < 0.02 / rate, "{rate} Hz: {}", rows[0].time);
     }

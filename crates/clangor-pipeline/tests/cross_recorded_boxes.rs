@@ -1,5 +1,5 @@
-//! Thirty boxes thrown onto a floor by PyBullet (`recorded_boxes`): impacts found in their poses alone, against the
-//! contact log of the simulator.
+//! Thirty boxes thrown onto a floor by PyBullet (`recorded_boxes`): impacts found in their poses alone,
+//! against the contact log of the simulator.
 
 use std::collections::BTreeMap;
 use std::fs;

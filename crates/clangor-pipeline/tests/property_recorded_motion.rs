@@ -1,4 +1,5 @@
-//! Recordings of other programs: every format and codec says the same, and what is wrong is told by body and row.
+//! Recordings of other programs: every format and codec says the same, and what is wrong is told by body
+//! and row.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -283,7 +284,11 @@ fn gltf(node: &serde_json::Value, keys: &[f32], values: &[f32], path: &str, inte
     let width = values.len() / if interpolation == "CUBICSPLINE" { 3 * count } else { count };
     let view =
         |offset: usize, length: usize| json!({ "buffer": 0, "byteOffset": offset, "byteLength": length });
-    let accessor = |view: usize, kind: u32, count: usize, shape: &str| json!({ "bufferView": view, "componentType": kind, "count": count, "type": shape });
+    let accessor = |view: usize, kind: u32, count: usize, shape: &str| {
+        let mut accessor = json!({ "bufferView": view, "componentType": kind, "count": count });
+        accessor["type"] = shape.into();
+        accessor
+    };
     let mut body = json!({ "name": "stone", "mesh": 0 });
     body.as_object_mut().unwrap().extend(node.as_object().unwrap().clone());
     let shape = if width == 4 { "VEC4" } else { "VEC3" };

@@ -19,8 +19,8 @@
 //! | `depth` | `depth` | 0 |
 //! | `impact_id` | `impact_id` | a number of its own for each impact, 0 for other kinds |
 //!
-//! Parquet has the columns of CSV. CSV needs a header line; empty lines and lines that begin with `#` are skipped in both. Rows may come in
-//! any order and are sorted by time.
+//! Parquet has the columns of CSV. CSV needs a header line; empty lines and lines that begin with `#` are
+//! skipped in both. Rows may come in any order and are sorted by time.
 
 mod csv;
 mod jsonl;

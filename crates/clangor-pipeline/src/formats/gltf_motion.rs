@@ -47,7 +47,8 @@ pub enum NodeFault {
     Skin,
     /// A scale that is not that of a body.
     #[error(
-        "its scale is {x}, {y}, {z} below another node; apply the scale before the export (Blender: Ctrl-A, Scale)"
+        "its scale is {x}, {y}, {z} below another node; apply the scale before the export (Blender: \
+         Ctrl-A, Scale)"
     )]
     UnevenScale {
         /// Along x.

@@ -9,7 +9,8 @@
 //! | `orientation_x` `_y` `_z` `_w` | `orientation` | not turned |
 //!
 //! Columns `velocity_*` and `angular_velocity_*` may be there, as in the tables of timelines: motion is told
-//! from the poses. The rows of a body come in order of time, up to 1 ms; those of several bodies may be mixed.
+//! from the poses. The rows of a body come in order of time, up to 1 ms; those of several bodies may be
+//! mixed.
 
 use std::path::{Path, PathBuf};
 
@@ -140,8 +141,8 @@ pub fn read_pose_table(
     Ok(PoseTable { position_of: reader.position_of, bodies })
 }
 
-/// Adds a frame, a little late ones in their place. Timelines have a row at an impact besides that of the same
-/// instant; it is left out.
+/// Adds a frame, a little late ones in their place. Timelines have a row at an impact besides that of the
+/// same instant; it is left out.
 fn insert(frames: &mut Vec<Frame>, frame: Frame) {
     let latest = frames.last().map_or(f64::NEG_INFINITY, |last| last.time);
     let is_late = frame.time < latest && frame.time >= latest - LATE;

@@ -1,8 +1,8 @@
 //! Tables that other programs write: comma-separated values (`.csv`), JSON lines (`.jsonl`) and Parquet
 //! (`.parquet`), as rows of texts and numbers.
 //!
-//! A vector in JSON becomes columns with the endings `_x`, `_y`, `_z` and `_w`. Parquet is read with the codecs
-//! uncompressed, Snappy, gzip, LZ4 (raw), Zstandard and Brotli, and with any widths of numbers.
+//! A vector in JSON becomes columns with the endings `_x`, `_y`, `_z` and `_w`. Parquet is read with the
+//! codecs uncompressed, Snappy, gzip, LZ4 (raw), Zstandard and Brotli, and with any widths of numbers.
 
 mod parquet_rows;
 

@@ -1,4 +1,5 @@
-//! The nodes of a glTF file as bodies of a world: those of the scene by their names, others from their meshes.
+//! The nodes of a glTF file as bodies of a world: those of the scene by their names, others from their
+//! meshes.
 
 use std::sync::Arc;
 
@@ -30,7 +31,8 @@ pub enum GltfBodyFault {
     },
     /// A surface that bounds no solid.
     #[error(
-        "node {node}: {reason}; {remedy}. A floor is best a [[plane]] of the scene with the name of the node, \
+        "node {node}: {reason}; {remedy}. A floor is best a [[plane]] of the scene with the name of the \
+         node, \
          whose mesh is then not used"
     )]
     Geometry {
@@ -130,8 +132,8 @@ impl Solids {
     }
 }
 
-/// The ball whose surface a mesh approximates: all vertices at one distance from a point, and most of the volume
-/// between them. Its facets would make another contact than a sphere.
+/// The ball whose surface a mesh approximates: all vertices at one distance from a point, and most of the
+/// volume between them. Its facets would make another contact than a sphere.
 fn sphere(mesh: &TriMesh) -> Option<LoadedGeometry> {
     let mass = MassProperties::of(mesh).ok()?;
     let centre = mass.centre_of_mass;
@@ -159,7 +161,8 @@ fn centre_of_mass(solids: &mut Solids, node: &GltfNode, notices: &mut Vec<String
         Ok(geometry) => geometry.mass.centre_of_mass,
         Err(_) => {
             notices.push(format!(
-                "node {}: its mesh bounds no solid; its origin is taken for the centre of mass of the body of the scene",
+                "node {}: its mesh bounds no solid; its origin is taken for the centre of mass of the body \
+                 of the scene",
                 node.name
             ));
             DVec3::ZERO

@@ -70,7 +70,7 @@ pub enum MotionImportError {
         fault: ContactFault,
     },
     /// Nothing of the scene moves.
-    #[error("{path} moves no body of the scene; nodes and rows are told by the names of bodies")]
+    #[error("{path} moves no body of the scene; nodes and rows belong to bodies by their names")]
     NothingMoves {
         /// The first file.
         path: PathBuf,
@@ -85,7 +85,8 @@ pub enum MotionImportError {
     },
     /// The scene moves the body, or holds it.
     #[error(
-        "{path} moves {body}, which is {motion} in the scene; leave that out of the scene, or {body} out of the file"
+        "{path} moves {body}, which is {motion} in the scene; leave that out of the scene, or {body} out \
+         of the file"
     )]
     NotFree {
         /// The file.
@@ -140,11 +141,11 @@ pub fn import_motion(
     replace: bool,
 ) -> Result<MotionSummary, MotionImportError> {
     let mut world = loaded.world.clone();
-    let mut told = Vec::new();
-    let recorded = read_recording(loaded, files, &mut world, &mut told)?;
+    let mut remarks = Vec::new();
+    let recorded = read_recording(loaded, files, &mut world, &mut remarks)?;
     let name = |id: BodyId| loaded_name(&world, id);
-    told.extend(notices(&recorded, &name, world.gravity).iter().map(ToString::to_string));
-    told.extend(unrecorded(&world, &recorded));
+    remarks.extend(notices(&recorded, &name, world.gravity).iter().map(ToString::to_string));
+    remarks.extend(unrecorded(&world, &recorded));
     let poses = pose_rows(&recorded);
     let v_min = loaded.scene.simulation.v_min;
     let (contacts, poses, found) = if files.contacts.is_empty() {
@@ -155,15 +156,16 @@ pub fn import_motion(
         if !found.untouched.is_empty() {
             let (body, time) = found.untouched[0];
             let count = found.untouched.len();
-            told.push(format!(
-                "{count} jumps of the motion touch nothing and are silent, the first of {} at t = {time:.4} s: a \
+            remarks.push(format!(
+                "{count} jumps of the motion touch nothing and are silent, the first of {} at t = \
+                 {time:.4} s: a \
                  hand, or a body that is not in the files",
                 loaded_name(&world, body)
             ));
         }
         (found.contacts.clone(), poses, Some(found))
     } else {
-        (read_contacts(&world, &recorded, &poses, &files.contacts, &mut told)?, poses, None)
+        (read_contacts(&world, &recorded, &poses, &files.contacts, &mut remarks)?, poses, None)
     };
     let last = |times: &mut dyn Iterator<Item = f64>| times.fold(0.0, f64::max);
     let duration =
@@ -178,7 +180,7 @@ pub fn import_motion(
         writer.pose(row).map_err(failed)?;
     }
     let rows = writer.finish()?;
-    Ok(MotionSummary { rows, moved: recorded.len(), found, notices: told })
+    Ok(MotionSummary { rows, moved: recorded.len(), found, notices: remarks })
 }
 
 fn loaded_name(world: &World, id: BodyId) -> String {
@@ -210,7 +212,7 @@ fn read_recording(
     loaded: &LoadedScene,
     files: &MotionFiles,
     world: &mut World,
-    told: &mut Vec<String>,
+    remarks: &mut Vec<String>,
 ) -> Result<Vec<RecordedBody>, MotionImportError> {
     let mut recorded: Vec<RecordedBody> = Vec::new();
     let sources =
@@ -218,7 +220,7 @@ fn read_recording(
     for (path, is_gltf) in sources {
         let bodies = if is_gltf {
             let nodes = read_gltf_motion(path)?;
-            let added = add_nodes(world, nodes, told);
+            let added = add_nodes(world, nodes, remarks);
             added.map_err(|fault| MotionImportError::Node { path: path.clone(), fault })?
         } else {
             read_poses(loaded, world, path, files.z_up)?
@@ -359,7 +361,7 @@ fn read_contacts(
     recorded: &[RecordedBody],
     poses: &[PoseRow],
     lists: &[PathBuf],
-    told: &mut Vec<String>,
+    remarks: &mut Vec<String>,
 ) -> Result<Vec<ContactRow>, MotionImportError> {
     let named = |name: &str| world.bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
     let history = PoseHistory::try_new(&world.bodies, poses).ok();
@@ -374,7 +376,7 @@ fn read_contacts(
         let offset = contacts.iter().map(|row: &ContactRow| row.impact_id).max().unwrap_or(0);
         let (rows, notices) = check_contacts(world, rows, &pose_of)
             .map_err(|fault| MotionImportError::Contact { path: path.clone(), fault })?;
-        told.extend(notices.iter().map(|notice| format!("{}: {notice}", path.display())));
+        remarks.extend(notices.iter().map(|notice| format!("{}: {notice}", path.display())));
         let numbered = |row: ContactRow| match (row.kind, row.impact_id) {
             (ContactKind::Impact, id) | (_, id) if id > 0 => ContactRow { impact_id: id + offset, ..row },
             _ => row,

@@ -6,8 +6,8 @@
 //! | no second body, at a plane of the scene | belongs to the plane; told |
 //! | a point off a surface by more than a tolerance | moved to the surface; told |
 //!
-//! An impulse between two bodies is at most (1 + e) m v of all that moves, with e ≤ 1; m v of the two alone is
-//! exceeded where other bodies press on them.
+//! An impulse between two bodies is at most (1 + e) m v of all that moves, with e ≤ 1; m v of the two alone
+//! is exceeded where other bodies press on them.
 
 use std::collections::BTreeSet;
 
@@ -38,7 +38,8 @@ pub enum ContactFault {
     },
     /// An impact of bodies that separate.
     #[error(
-        "row {row}: {body} recedes from what it hits with {speed} m/s; the normal points from body_b to body_a, \
+        "row {row}: {body} recedes from what it hits with {speed} m/s; the normal points from body_b to \
+         body_a, \
          and velocity is that of body_a relative to body_b before the impact"
     )]
     Recedes {
@@ -63,7 +64,8 @@ pub enum ContactFault {
     },
     /// An impulse that nothing can give.
     #[error(
-        "row {row}: impulse_n on {body} is {impulse} N s; all that moves could give at most {possible} N s at \
+        "row {row}: impulse_n on {body} is {impulse} N s; all that moves could give at most {possible} N s \
+         at \
          the speeds of this list"
     )]
     TooStrong {
@@ -91,7 +93,8 @@ pub enum ContactNotice {
     },
     /// Points that were moved to a surface.
     #[error(
-        "{count} points were off the surface of {body} and were moved onto it; the farthest, in row {row}, by {distance} m"
+        "{count} points were off the surface of {body} and were moved onto it; the farthest, in row {row}, \
+         by {distance} m"
     )]
     Moved {
         /// How many.

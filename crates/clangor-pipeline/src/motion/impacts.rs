@@ -1,11 +1,12 @@
 //! The impacts in a recorded motion: who touched whom, where, when, and with which impulse.
 //!
-//! Each jump of a body ([`jump_windows`](super)) is held against the surfaces around it at its instant. Bodies
-//! that touch and jump together are one event, and the impulses at all of its points are those that explain the
-//! jumps best. A body that does not jump, a plane, and a body that nothing moves take what is left.
+//! Each jump of a body ([`jump_windows`](super)) is held against the surfaces around it at its instant.
+//! Bodies that touch and jump together are one event, and the impulses at all of its points are those that
+//! explain the jumps best. A body that does not jump, a plane, and a body that nothing moves take what is
+//! left.
 //!
-//! The confidence of an impact is the explained share of the energy of the jumps of its event. Approaches below
-//! the threshold of sound, and those of a body that a support holds, are rows of lasting contact.
+//! The confidence of an impact is the explained share of the energy of the jumps of its event. Approaches
+//! below the threshold of sound, and those of a body that a support holds, are rows of lasting contact.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -183,8 +184,8 @@ impl<'a> Scene<'a> {
                 next += 1;
                 continue;
             }
-            // What an impact sets in motion may rest on others, through which the impulse goes on; what has an
-            // impact of its own may be farther away at a wrong instant.
+            // What an impact sets in motion may rest on others, through which the impulse goes on; what has
+            // an impact of its own may be farther away at a wrong instant.
             let factor = if one.window.is_some() { factor } else { 1.0 };
             for other in (0..self.world.bodies.len() as u32).map(BodyId).filter(|id| *id != one.body) {
                 let place = members.iter().position(|member| member.body == other);

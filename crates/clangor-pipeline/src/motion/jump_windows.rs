@@ -8,9 +8,9 @@
 //! ```
 //!
 //! An impact between two frames shares its jump J between them, Δₖ = (1 − f) J and Δₖ₊₁ = f J, where f is the
-//! part of the frame that had passed: this is the instant in which the flights before and after meet. Jumps of
-//! two frames are one impact where they have one direction; f follows from their projections on J. Impacts in
-//! frames that follow each other share a jump, and are told apart by their directions:
+//! part of the frame that had passed: this is the instant in which the flights before and after meet. Jumps
+//! of two frames are one impact where they have one direction; f follows from their projections on J.
+//! Impacts in frames that follow each other share a jump, and are told apart by their directions:
 //!
 //! ```text
 //! two:    Δ₂ = α Δ₁ + β Δ₃                  J = (1 + α) Δ₁, (1 + β) Δ₃
@@ -18,7 +18,7 @@
 //! ```
 
 use clangor_core::body::BodyId;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::kinematics::{Jump, Kinematics};
 
@@ -30,6 +30,8 @@ const SAME_DIRECTION: f64 = 0.9;
 const UNEXPLAINED: f64 = 0.05;
 /// Weight of the rotation where directions of jumps are compared.
 const TURNING_WEIGHT: f64 = 0.05;
+/// Determinant of a matrix of products over that of its diagonal from which directions differ.
+const SINGULAR: f64 = 1e-9;
 /// Largest ratio of the two shares of an impact.
 const LARGEST_RATIO: f64 = 30.0;
 /// The same for a jump that is small against its neighbour, whose direction is uncertain.
@@ -152,15 +154,20 @@ impl Run<'_> {
     /// share, or the rest too large.
     fn combination<const N: usize>(&self, k: usize, whole: &Jump, parts: [&Jump; N]) -> Option<[f64; N]> {
         let dot = |a: &Jump, b: &Jump| product(self.kinematics, k + 1, a, b);
-        let mut matrix = [[0.0; N]; N];
-        let mut factors = [0.0; N];
-        for i in 0..N {
-            factors[i] = dot(parts[i], whole);
-            for j in 0..N {
-                matrix[i][j] = dot(parts[i], parts[j]);
+        // Two factors are the first two of three.
+        let (mut matrix, mut right) = (DMat3::IDENTITY, DVec3::ZERO);
+        for (i, one) in parts.into_iter().enumerate() {
+            right[i] = dot(one, whole);
+            for (j, other) in parts.into_iter().enumerate() {
+                matrix.col_mut(j)[i] = dot(one, other);
             }
         }
-        solve(&mut matrix, &mut factors)?;
+        let scale: f64 = (0..3).map(|i| matrix.col(i)[i]).product();
+        if matrix.determinant() <= SINGULAR * scale {
+            return None;
+        }
+        let solution = matrix.inverse() * right;
+        let factors: [f64; N] = std::array::from_fn(|i| solution[i]);
         let made = parts
             .iter()
             .zip(factors)
@@ -213,32 +220,6 @@ fn sum(a: &Jump, b: &Jump) -> Jump {
     }
 }
 
-/// Solves a small system by elimination with pivots; `None` if it is singular.
-fn solve<const N: usize>(matrix: &mut [[f64; N]; N], right: &mut [f64; N]) -> Option<()> {
-    let scale = (0..N).map(|i| matrix[i][i].abs()).fold(0.0, f64::max);
-    for column in 0..N {
-        let pivot =
-            (column..N).max_by(|a, b| matrix[*a][column].abs().total_cmp(&matrix[*b][column].abs()))?;
-        if matrix[pivot][column].abs() <= 1e-9 * scale {
-            return None;
-        }
-        matrix.swap(column, pivot);
-        right.swap(column, pivot);
-        for row in column + 1..N {
-            let factor = matrix[row][column] / matrix[column][column];
-            for k in column..N {
-                matrix[row][k] -= factor * matrix[column][k];
-            }
-            right[row] -= factor * right[column];
-        }
-    }
-    for row in (0..N).rev() {
-        let known: f64 = (row + 1..N).map(|k| matrix[row][k] * right[k]).sum();
-        right[row] = (right[row] - known) / matrix[row][row];
-    }
-    Some(())
-}
-
 fn thresholds(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<f64> {
     let (jumps, g) = (&kinematics.jumps, kinematics.inertia.gravity.length());
     (0..jumps.len())
@@ -255,8 +236,8 @@ fn thresholds(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Product of two jumps [m²/s²]. Velocities have the direction of the impulse; the rotation in a frame with an
-/// impact is exact only for small angles, and tells apart what velocities cannot.
+/// Product of two jumps [m²/s²]. Velocities have the direction of the impulse; the rotation in a frame with
+/// an impact is exact only for small angles, and tells apart what velocities cannot.
 fn product(kinematics: &Kinematics<'_>, at: usize, a: &Jump, b: &Jump) -> f64 {
     let inverse = kinematics.inertia.inverse_at(kinematics.frames[at].pose.orientation);
     let turning = a.angular_momentum.dot(inverse * b.angular_momentum) / kinematics.inertia.mass;

@@ -125,7 +125,8 @@ pub enum RecordingNotice {
     ZUp,
     /// A body that turns too fast for its frames.
     #[error(
-        "body {body}, row {row}: it turns by {degrees:.0}° within a frame; its spin cannot be told beyond 180°"
+        "body {body}, row {row}: it turns by {degrees:.0}° within a frame; its spin cannot be told beyond \
+         180°"
     )]
     FastTurn {
         /// The body.

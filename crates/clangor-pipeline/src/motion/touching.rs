@@ -134,8 +134,8 @@ fn point_touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
     points.filter_map(touch).collect()
 }
 
-/// Signed distance of a point from a surface \[m\], and the direction away from it; `None` where it is certainly
-/// farther than `within`.
+/// Signed distance of a point from a surface \[m\], and the direction away from it; `None` where it is
+/// certainly farther than `within`.
 fn distance_and_normal(point: DVec3, other: Placed<'_>, within: f64) -> Option<(f64, DVec3)> {
     let local = other.pose.body_from_world(point);
     match &*other.sampled.surface {

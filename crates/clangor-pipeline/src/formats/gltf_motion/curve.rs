@@ -75,13 +75,13 @@ fn read(
     let accessor = |index: usize| {
         file.document.accessors.get(index).ok_or_else(|| fault("an accessor does not exist".into()))
     };
-    let told = |error: MeshFault| fault(error.to_string());
+    let refused = |error: MeshFault| fault(error.to_string());
     let times: Vec<f64> =
-        file.numbers::<1>(accessor(sampler.input)?).map_err(told)?.map(|[time]| time).collect();
+        file.numbers::<1>(accessor(sampler.input)?).map_err(refused)?.map(|[time]| time).collect();
     let output = accessor(sampler.output)?;
     let is_rotation = path == "rotation";
     let values = if is_rotation { vectors::<4>(file, output) } else { vectors::<3>(file, output) };
-    let values = values.map_err(told)?;
+    let values = values.map_err(refused)?;
     let per_key = if interpolation == Interpolation::Cubic { 3 } else { 1 };
     if times.is_empty() || values.len() != per_key * times.len() {
         return Err(fault(format!("it has {} times, but {} values", times.len(), values.len())));

@@ -1,8 +1,8 @@
 //! Frames of a node in the world, through its parents, and the span in which it is shown.
 //!
-//! All frames are keys of one curve, the densest that moves the node: a key in between would be a point on the
-//! chord of the true path and seem an impact. Keys between which a curve is smooth are divided. Times at a
-//! constant rate are taken exactly, since files keep them in 32 bits.
+//! All frames are keys of one curve, the densest that moves the node: a key in between would be a point on
+//! the chord of the true path and seem an impact. Keys between which a curve is smooth are divided. Times
+//! at a constant rate are taken exactly, since files keep them in 32 bits.
 
 use clangor_core::pose::Pose;
 use glam::{DMat4, DQuat, DVec3};

@@ -226,7 +226,8 @@ impl GltfFile {
             kind == FLOAT || accessor.normalized && [SIGNED_BYTE, BYTE, SIGNED_SHORT, SHORT].contains(&kind);
         if !is_known || components(&accessor.shape) != N {
             return Err(MeshFault::Syntax {
-                reason: "an animation needs 32-bit floats or normalized integers, three of a translation or scale and four of a rotation",
+                reason: "an animation needs 32-bit floats or normalized integers, three of a translation \
+                 or scale and four of a rotation",
             });
         }
         let size = component_size(kind);

@@ -113,7 +113,7 @@ fn cross_the_drop_of_a_ball_is_found_and_sounds_the_same() {
         // Seen: all, all.
         assert!(shares(path, rate)[1] > 0.999, "{rate} Hz");
     }
-    // Seen at 24 Hz: 0.9994.
+    // Seen at 24 Hz: all.
     assert!(shares(path, "24")[0] > 0.98);
 
     // Poses come back exactly at the rate of the timeline, up to 32 bits.
@@ -135,7 +135,8 @@ fn cross_the_drop_of_a_ball_is_found_and_sounds_the_same() {
     let level = |samples: &[f32]| 10.0 * samples.iter().map(|p| f64::from(*p).powi(2)).sum::<f64>().log10();
     let difference = level(&found) - level(&own);
     println!("level of the sound: {difference:.3} dB");
-    assert!(difference.abs() < 0.5, "{difference} dB");
+    // Bar: 0.5 dB. Seen: 0.000.
+    assert!(difference.abs() < 0.05, "{difference} dB");
 }
 
 /// Poses and contacts of a simulator are its tables, or the same as text.
@@ -187,7 +188,7 @@ fn cross_poses_and_contacts_of_a_drop_sound_as_the_scene_itself() {
 fn cross_most_energy_of_tumbling_dice_is_found_at_120_hz() {
     let folder = tempfile::tempdir().unwrap();
     exported_and_imported(folder.path(), "dice", "", &["120", "1000"]);
-    // Seen: 0.988 and 0.981; 0.9994 and 0.9992.
+    // Seen: 0.988 and 0.981; 0.9994 and 0.9991.
     assert!(shares(folder.path(), "120")[0] > 0.98);
     assert!(shares(folder.path(), "1000")[1] > 0.99);
 }
@@ -197,7 +198,7 @@ fn cross_most_energy_of_tumbling_dice_is_found_at_120_hz() {
 fn cross_most_energy_of_rattling_coins_is_found() {
     let folder = tempfile::tempdir().unwrap();
     exported_and_imported(folder.path(), "coins", "", &["120", "1000"]);
-    // Seen: 0.970 and 0.939; 0.9925 and 0.985.
+    // Seen: 0.970 and 0.939; 0.9926 and 0.985.
     assert!(shares(folder.path(), "120")[0] > 0.95);
     assert!(shares(folder.path(), "1000")[1] > 0.96);
 }

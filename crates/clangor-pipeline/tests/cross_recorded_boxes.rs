@@ -103,6 +103,8 @@ fn cross_impacts_of_thirty_boxes_are_found_in_their_poses() {
     println!(
         "250 Hz: recall {recall:.3}, energy {energy:.4}, precision {precision:.3}, within 20 % {near:.2}"
     );
+    // Seen: 0.927, 0.9913, 0.863, 0.50.
     assert!(energy > 0.99, "{energy}");
-    assert!(recall > 0.90 && precision > 0.84, "{recall} {precision}");
+    assert!(recall > 0.91 && precision > 0.84, "{recall} {precision}");
+    assert!(near > 0.45, "{near}");
 }

@@ -79,6 +79,10 @@ pub(super) fn add_nodes(
         if described.is_some_and(|index| world.bodies[index].surface.is_plane()) {
             continue;
         }
+        if !node.birth.is_finite() {
+            notices.push(format!("node {}: it is never shown (scale 0), and left out", node.name));
+            continue;
+        }
         if seen.contains(&node.name) {
             return Err(GltfBodyFault::SameName { node: node.name });
         }

@@ -124,7 +124,7 @@ fn analytic_a_corner_off_the_centre_gets_the_impulse_of_both_jumps() {
         let sum: DVec3 = rows.iter().map(|row| row.impulse()).sum();
         let error = sum.distance(impulse) / impulse.length();
         println!("{rate} Hz: impulse off by {error:.1e}, instant by {:.1e} s", rows[0].time - instant);
-        // A cube has a constant angular velocity, which frames give exactly. Largest errors seen: 5e-7 and 3e-7 s.
+        // A cube has a constant angular velocity, which frames give exactly. Largest errors: 5e-7, 3e-7 s.
         assert!(error < 1e-5, "{rate} Hz: {sum} for {impulse}");
         assert!((rows[0].time - instant).abs() < 5e-6, "{rate} Hz: {}", rows[0].time);
     }

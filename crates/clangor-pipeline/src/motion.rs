@@ -7,7 +7,7 @@
 //! | `jump_windows` | which jumps belong to one impact, and its instant between two frames |
 //! | `touching` | where two surfaces touch, with normal and gap |
 //! | `impulse_fit` | impulses at given points that explain given jumps |
-//! | `impacts` | the four together: contact rows of a recording |
+//! | `impacts` | contact rows of a recording, by the modules above |
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
 pub mod contact_checks;

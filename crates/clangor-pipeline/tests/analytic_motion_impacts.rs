@@ -192,3 +192,26 @@ fn analytic_a_jump_that_touches_nothing_is_told() {
     assert_eq!(found.untouched.len(), 1);
     assert_eq!(found.untouched[0].0, BodyId(0));
 }
+
+/// After its last frame a body rests where that left it, as in a timeline.
+#[test]
+fn analytic_a_body_rests_after_its_last_frame() {
+    let ball = |name: &str| Body::sphere(name, presets::STEEL.material(), 0.01);
+    let (a, b) = (ball("a"), ball("b"));
+    let world = World { bodies: vec![a, b], links: Vec::new(), gravity: DVec3::ZERO };
+    // One flies to x = 0.2 m and is recorded no more; the other comes along z and bounces there.
+    let first = |t: f64| Pose::at(DVec3::X * t);
+    let (instant, end) = (0.4011, DVec3::new(0.2, 0.0, 0.02));
+    let second = |t: f64| {
+        let speed = if t < instant { -2.0 } else { 1.0 };
+        Pose::at(end + DVec3::Z * (speed * (t - instant)))
+    };
+    for rate in RATES.into_iter().filter(|rate| *rate > 100.0) {
+        let recorded = [sampled(0, rate, 0.2, first), sampled(1, rate, 0.6, second)];
+        let found = find_impacts(&world, &recorded, 0.05);
+        let rows = heard(&found);
+        assert_eq!((rows.len(), found.untouched.len()), (1, 0), "{rate} Hz: {rows:?}");
+        // Seen: 2e-15.
+        assert!((rows[0].approach_speed() - 2.0).abs() < 1e-9, "{rate} Hz: {}", rows[0].approach_speed());
+    }
+}

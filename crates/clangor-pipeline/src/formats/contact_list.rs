@@ -283,7 +283,7 @@ impl Entry {
         body: &dyn Fn(&str) -> Option<BodyId>,
     ) -> Result<(ContactRow, bool), LineFault> {
         let find = |column: &'static str, text: &str| {
-            let number = || text.parse().ok().map(BodyId).filter(|id| id.index() < body_count);
+            let number = || body_of_number(text, body_count);
             body(text).or_else(number).ok_or_else(|| LineFault::Body { column, text: text.into() })
         };
         let body_a = find("body_a", self.body_a.as_deref().ok_or(LineFault::Missing { column: "body_a" })?)?;
@@ -340,6 +340,12 @@ impl Entry {
         };
         Ok((row, self.impact_id.is_some()))
     }
+}
+
+/// The body of a number as digits: `1`, but not `01` or `+1`, which may be meant as names.
+pub(crate) fn body_of_number(text: &str, body_count: usize) -> Option<BodyId> {
+    let number: u32 = text.parse().ok()?;
+    ((number as usize) < body_count && number.to_string() == text).then_some(BodyId(number))
 }
 
 fn needed_vector(column: &'static str, values: [Option<f64>; 3]) -> Result<DVec3, LineFault> {

@@ -1,11 +1,12 @@
 //! Motion of the nodes of a glTF file, text or binary: frames in the world, surfaces, and names of materials.
 //!
 //! Nodes move with their parents. STEP, LINEAR and CUBICSPLINE are read; the frames of a node are the keys of
-//! the densest curve that moves it, and smooth curves are read more finely. A scale of 0 hides a node: it is
+//! the finest curve that moves it, and smooth curves are read more finely. A scale of 0 hides a node: it is
 //! not born yet, or dead. Metres, y up, seconds: the format allows nothing else.
 
 mod curve;
 mod frames;
+mod key_times;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,6 +21,7 @@ use crate::formats::mesh_reader::{Located, MeshFault, MeshFileError};
 use crate::motion::recording::Frame;
 use curve::Curves;
 use frames::NodeMotion;
+use key_times::KeyFrames;
 
 /// Why the motion of a glTF file could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -128,9 +130,10 @@ pub fn read_gltf_motion(path: &Path) -> Result<Vec<GltfNode>, GltfMotionError> {
         let node = name(place);
         move |fault| GltfMotionError::Node { path: path.into(), node, fault }
     };
+    let frames = KeyFrames::of_file(&file);
     let mut curves: Vec<Curves> = Vec::with_capacity(placed.len());
     for (place, node) in placed.iter().enumerate() {
-        curves.push(Curves::of_node(&file, node.node).map_err(at_node(place))?);
+        curves.push(Curves::of_node(&file, frames.as_ref(), node.node).map_err(at_node(place))?);
     }
     let mut nodes = Vec::new();
     for place in 0..placed.len() {

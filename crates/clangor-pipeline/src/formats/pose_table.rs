@@ -18,6 +18,7 @@ use clangor_core::body::BodyId;
 use clangor_core::pose::Pose;
 use glam::{DQuat, DVec3};
 
+use super::contact_list::body_of_number;
 use super::record_table::{Cell, Record, RecordTable, RecordTableError, read_table};
 use crate::motion::recording::Frame;
 
@@ -126,7 +127,7 @@ pub fn read_pose_table(
             Cell::Number(number) => number.to_string(),
             Cell::Empty => String::new(),
         };
-        let number = || text.parse().ok().map(BodyId).filter(|id| id.index() < body_count);
+        let number = || body_of_number(&text, body_count);
         let id = body(&text).or_else(number);
         let id = id.ok_or_else(|| PoseTableError::Body { path: path.into(), row: record.row, text })?;
         let place = *place_of[id.index()].get_or_insert_with(|| {
@@ -205,9 +206,10 @@ impl<'a> Reader<'a> {
     }
 
     fn frame(&self, record: &Record) -> Result<Frame, PoseTableError> {
-        let number = |at: usize| match &record.cells[at] {
-            Cell::Number(number) if number.is_finite() => Ok(*number),
-            other => Err(PoseTableError::NotANumber {
+        let finite = |cell: &Cell| cell.number().filter(|number| number.is_finite());
+        let number = |at: usize| match (finite(&record.cells[at]), &record.cells[at]) {
+            (Some(number), _) => Ok(number),
+            (None, other) => Err(PoseTableError::NotANumber {
                 path: self.path.into(),
                 row: record.row,
                 column: self.table.columns[at].clone(),

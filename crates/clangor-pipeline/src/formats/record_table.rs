@@ -134,11 +134,19 @@ fn csv(text: &str) -> Result<RecordTable, LineError> {
     Ok(table)
 }
 
+/// Whether it is a number is told by its column: a body may be called `01`.
 fn cell(text: String) -> Cell {
-    match text.parse() {
-        Ok(number) => Cell::Number(number),
-        Err(_) if text.is_empty() => Cell::Empty,
-        Err(_) => Cell::Text(text),
+    if text.is_empty() { Cell::Empty } else { Cell::Text(text) }
+}
+
+impl Cell {
+    /// The number, also where it is written as text.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Cell::Number(number) => Some(*number),
+            Cell::Text(text) => text.parse().ok(),
+            Cell::Empty => None,
+        }
     }
 }
 

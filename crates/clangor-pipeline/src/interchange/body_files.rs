@@ -11,12 +11,10 @@ use crate::formats::glb::{GlbError, GlbSummary, write_glb};
 use crate::formats::timeline_file::{
     Origin, TimelineError, TimelineHeader, TimelineReader, TimelineSummary, TimelineWriter,
 };
-use crate::motion::contact_checks::{ContactFault, check_contacts};
+use crate::motion::contact_checks::{ContactFault, check_contacts, time_outside};
+use crate::motion::recording::MAX_TIME;
 use crate::stages::load::LoadedScene;
 use crate::stages::simulate::{SimulateError, simulate_to_folder};
-
-/// Latest contact of a list, as the longest duration of a scene \[s\].
-const MAX_TIME: f64 = 3600.0;
 
 /// Why a file could not be exchanged.
 #[derive(Debug, thiserror::Error)]
@@ -94,8 +92,8 @@ pub fn import_contacts(
     let bodies = &loaded.world.bodies;
     let named = |name: &str| bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
     let rows = read_listed_contacts(list, bodies.len(), &named)?;
-    if let Some(late) = rows.iter().find(|listed| !(0.0..=MAX_TIME).contains(&listed.row.time)) {
-        return Err(InterchangeError::Time { path: list.into(), time: late.row.time });
+    if let Some(time) = time_outside(&rows) {
+        return Err(InterchangeError::Time { path: list.into(), time });
     }
     let pose_of = |id: BodyId, time: f64| match &bodies[id.index()].motion {
         Motion::Free => None,

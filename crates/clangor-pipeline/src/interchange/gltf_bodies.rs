@@ -88,7 +88,7 @@ pub(super) fn add_nodes(
         }
         seen.push(node.name.clone());
         let (index, centre) = match described {
-            Some(index) => (index, centre_of_mass(&mut solids, &node, notices)),
+            Some(index) => (index, centre_of_mass(&mut solids, &node)?),
             None => {
                 let (body, centre) = new_body(world, &mut solids, &node, notices)?;
                 world.bodies.push(body);
@@ -158,20 +158,14 @@ fn sphere(mesh: &TriMesh) -> Option<LoadedGeometry> {
     })
 }
 
-/// Centre of mass in the frame of a node that the scene describes.
-fn centre_of_mass(solids: &mut Solids, node: &GltfNode, notices: &mut Vec<String>) -> DVec3 {
-    let Some(mesh) = &node.mesh else { return DVec3::ZERO };
-    match solids.of(mesh) {
-        Ok(geometry) => geometry.mass.centre_of_mass,
-        Err(_) => {
-            notices.push(format!(
-                "node {}: its mesh bounds no solid; its origin is taken for the centre of mass of the body \
-                 of the scene",
-                node.name
-            ));
-            DVec3::ZERO
-        }
-    }
+/// Centre of mass in the frame of a node that the scene describes: of its mesh, or its origin if it has none.
+fn centre_of_mass(solids: &mut Solids, node: &GltfNode) -> Result<DVec3, GltfBodyFault> {
+    let Some(mesh) = &node.mesh else { return Ok(DVec3::ZERO) };
+    Ok(solids.of(mesh).map_err(|error| no_solid(node, error))?.mass.centre_of_mass)
+}
+
+fn no_solid(node: &GltfNode, error: GeometryError) -> GltfBodyFault {
+    GltfBodyFault::Geometry { node: node.name.clone(), reason: error.reason, remedy: error.remedy }
 }
 
 fn new_body(
@@ -181,11 +175,7 @@ fn new_body(
     notices: &mut Vec<String>,
 ) -> Result<(Body, DVec3), GltfBodyFault> {
     let mesh = node.mesh.clone().unwrap_or_default();
-    let geometry = solids.of(&mesh).map_err(|error| GltfBodyFault::Geometry {
-        node: node.name.clone(),
-        reason: error.reason,
-        remedy: error.remedy,
-    })?;
+    let geometry = solids.of(&mesh).map_err(|error| no_solid(node, error))?;
     notices.extend(geometry.warnings.iter().map(|warning| format!("node {}: {warning}", node.name)));
     let found = node.material.clone();
     let material = found.as_deref().and_then(|name| material(world, name)).ok_or_else(|| {

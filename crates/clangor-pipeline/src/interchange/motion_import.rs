@@ -4,20 +4,20 @@
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId, Motion, World};
-use clangor_core::contact::PoseHistory;
+use clangor_core::contact::{ContactError, PoseHistory};
 use clangor_core::pose::Pose;
-use clangor_core::scene::body_description::{BodyDescription, Geometry};
-use clangor_core::timeline::{ContactKind, ContactRow, PoseRow, TimelineSink};
+use clangor_core::scene::instantiate::GeometryError;
+use clangor_core::timeline::{ContactRow, PoseRow, TimelineSink};
 use glam::{DQuat, DVec3};
 
 use super::gltf_bodies::{GltfBodyFault, add_nodes};
-use crate::formats::contact_list::{ContactListError, read_listed_contacts};
+use crate::formats::contact_list::{ContactListError, ListedContact, read_listed_contacts};
 use crate::formats::gltf_motion::{GltfMotionError, read_gltf_motion};
 use crate::formats::pose_table::{PoseTableError, PositionOf, read_pose_table};
 use crate::formats::timeline_file::{Origin, TimelineError, TimelineHeader, TimelineSummary, TimelineWriter};
-use crate::motion::contact_checks::{ContactFault, check_contacts};
+use crate::motion::contact_checks::{ContactFault, check_clock, check_contacts, time_outside};
 use crate::motion::impacts::{MotionImpacts, find_impacts};
-use crate::motion::recording::{Frame, RecordedBody, RecordingError, check_frames, notices};
+use crate::motion::recording::{Frame, MAX_TIME, RecordedBody, RecordingError, check_frames, notices};
 use crate::stages::load::{LoadedScene, load_geometry};
 
 /// Files of one recording.
@@ -29,7 +29,7 @@ pub struct MotionFiles {
     pub poses: Vec<PathBuf>,
     /// Contact lists; with any of them, impacts are not searched in the motion.
     pub contacts: Vec<PathBuf>,
-    /// Whether the tables have z up.
+    /// Whether the tables of poses and the contact lists have z up.
     pub z_up: bool,
 }
 
@@ -68,6 +68,27 @@ pub enum MotionImportError {
         path: PathBuf,
         /// What is wrong.
         fault: ContactFault,
+    },
+    /// A contact at a time that no timeline has.
+    #[error("{path}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
+    Time {
+        /// The list.
+        path: PathBuf,
+        /// The time \[s\].
+        time: f64,
+    },
+    /// The poses are those of no body, or not finite.
+    #[error(transparent)]
+    Motion(#[from] ContactError),
+    /// The centre of mass of a body whose origins are given is not known.
+    #[error("{path} gives origins of {body}, whose centre of mass cannot be told: {reason}")]
+    Centre {
+        /// The table.
+        path: PathBuf,
+        /// The body.
+        body: String,
+        /// Why not.
+        reason: GeometryError,
     },
     /// Nothing of the scene moves.
     #[error("{path} moves no body of the scene; nodes and rows belong to bodies by their names")]
@@ -142,9 +163,14 @@ pub fn import_motion(
 ) -> Result<MotionSummary, MotionImportError> {
     let mut world = loaded.world.clone();
     let mut remarks = Vec::new();
-    let recorded = read_recording(loaded, files, &mut world, &mut remarks)?;
+    let (recorded, from_gltf) = read_recording(loaded, files, &mut world, &mut remarks)?;
     let name = |id: BodyId| loaded_name(&world, id);
-    remarks.extend(notices(&recorded, &name, world.gravity).iter().map(ToString::to_string));
+    remarks.extend(notices(&recorded, from_gltf, &name, world.gravity).iter().map(ToString::to_string));
+    if files.z_up && files.poses.is_empty() && files.contacts.is_empty() {
+        remarks.push(
+            "--up z is for tables and contact lists; a glTF file has y up: export it with +Y up".into(),
+        );
+    }
     remarks.extend(unrecorded(&world, &recorded));
     let poses = pose_rows(&recorded);
     let v_min = loaded.scene.simulation.v_min;
@@ -165,7 +191,7 @@ pub fn import_motion(
         }
         (found.contacts.clone(), poses, Some(found))
     } else {
-        (read_contacts(&world, &recorded, &poses, &files.contacts, &mut remarks)?, poses, None)
+        (read_contacts(&world, &recorded, &poses, files, &mut remarks)?, poses, None)
     };
     let last = |times: &mut dyn Iterator<Item = f64>| times.fold(0.0, f64::max);
     let duration =
@@ -207,14 +233,16 @@ fn header(loaded: &LoadedScene, world: World, duration: f64) -> TimelineHeader {
     }
 }
 
-/// Reads all files of poses, checks them, and puts the bodies where they begin.
+/// Reads all files of poses, checks them, and puts the bodies where they begin. The bodies of glTF files come
+/// first; the second value is their number.
 fn read_recording(
     loaded: &LoadedScene,
     files: &MotionFiles,
     world: &mut World,
     remarks: &mut Vec<String>,
-) -> Result<Vec<RecordedBody>, MotionImportError> {
+) -> Result<(Vec<RecordedBody>, usize), MotionImportError> {
     let mut recorded: Vec<RecordedBody> = Vec::new();
+    let mut from_gltf = 0;
     let sources =
         files.gltf.iter().map(|path| (path, true)).chain(files.poses.iter().map(|path| (path, false)));
     for (path, is_gltf) in sources {
@@ -247,6 +275,7 @@ fn read_recording(
                 .map_err(|error| MotionImportError::Recording { path: path.clone(), error })?;
             if !body.frames.is_empty() {
                 recorded.push(body);
+                from_gltf += usize::from(is_gltf);
             }
         }
     }
@@ -261,7 +290,7 @@ fn read_recording(
         }
         (body.velocity, body.angular_velocity) = velocities(frames, 0);
     }
-    Ok(recorded)
+    Ok((recorded, from_gltf))
 }
 
 /// Bodies of a table of poses.
@@ -273,11 +302,15 @@ fn read_poses(
 ) -> Result<Vec<RecordedBody>, MotionImportError> {
     let named = |name: &str| world.bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
     let table = read_pose_table(path, world.bodies.len(), &named)?;
-    let turn = if z_up { DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2) } else { DQuat::IDENTITY };
-    let bodies = table.bodies.into_iter().map(|(id, frames)| {
+    let turn = turn(z_up);
+    let mut bodies = Vec::with_capacity(table.bodies.len());
+    for (id, frames) in table.bodies {
+        let body = &world.bodies[id.index()];
         let centre = match table.position_of {
             PositionOf::CentreOfMass => DVec3::ZERO,
-            PositionOf::Origin => centre_in_file(loaded, &world.bodies[id.index()]),
+            PositionOf::Origin => centre_in_file(loaded, body).map_err(|reason| {
+                MotionImportError::Centre { path: path.into(), body: body.name.clone(), reason }
+            })?,
         };
         let frame = |frame: Frame| {
             let Pose { position, orientation } = frame.pose;
@@ -286,26 +319,29 @@ fn read_poses(
             let pose = Pose { position: pose.world_from_body(centre), ..pose };
             Frame { pose, ..frame }
         };
-        RecordedBody { body: id, frames: frames.into_iter().map(frame).collect() }
-    });
-    Ok(bodies.collect())
+        bodies.push(RecordedBody { body: id, frames: frames.into_iter().map(frame).collect() });
+    }
+    Ok(bodies)
 }
 
-/// Centre of mass of a body of the scene in the frame of its shape or file \[m\].
-fn centre_in_file(loaded: &LoadedScene, body: &Body) -> DVec3 {
-    let is_of = |description: &&BodyDescription| {
-        let copy = || body.name.strip_prefix(&description.name)?.strip_prefix('-')?.parse::<u32>().ok();
-        body.name == description.name || copy().is_some()
+/// The rotation of a file to y up.
+fn turn(z_up: bool) -> DQuat {
+    if z_up { DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2) } else { DQuat::IDENTITY }
+}
+
+/// Centre of mass of a body of the scene in the frame of its shape or file \[m\]; zero for a body that the
+/// scene does not describe by a geometry (a plane).
+fn centre_in_file(loaded: &LoadedScene, body: &Body) -> Result<DVec3, GeometryError> {
+    let copies = loaded.scene.bodies.iter().flat_map(|d| (0..d.count()).map(move |copy| (d, copy)));
+    let Some((description, copy)) = copies.into_iter().find(|(d, copy)| d.copy_name(*copy) == body.name)
+    else {
+        return Ok(DVec3::ZERO);
     };
-    let Some(description) = loaded.scene.bodies.iter().find(is_of) else { return DVec3::ZERO };
+    // Sizes are drawn by chance; the body tells what its own is.
     let folder = loaded.path.parent().unwrap_or(Path::new(""));
-    let text = match &description.geometry {
-        Geometry::File(text) | Geometry::Shape(text) => text,
-    };
-    let reference = crate::stages::load::geometry_reference(text, 1.0);
-    let Ok(geometry) = load_geometry(folder, &reference) else { return DVec3::ZERO };
+    let geometry = load_geometry(folder, &description.reference(copy, 1.0))?;
     let factor = body.surface.bounding_radius() / geometry.surface.bounding_radius();
-    geometry.mass.centre_of_mass * factor
+    Ok(geometry.mass.centre_of_mass * factor)
 }
 
 /// Bodies that could move, but stand still since no file names them.
@@ -360,28 +396,41 @@ fn read_contacts(
     world: &World,
     recorded: &[RecordedBody],
     poses: &[PoseRow],
-    lists: &[PathBuf],
+    files: &MotionFiles,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<ContactRow>, MotionImportError> {
     let named = |name: &str| world.bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
-    let history = PoseHistory::try_new(&world.bodies, poses).ok();
+    let history = PoseHistory::try_new(&world.bodies, poses)?;
     let pose_of = |id: BodyId, time: f64| {
         let body = &world.bodies[id.index()];
         let is_known = !matches!(body.motion, Motion::Free) || recorded.iter().any(|r| r.body == id);
-        if is_known { history.as_ref().map(|history| history.at(id, time)) } else { None }
+        is_known.then(|| history.at(id, time))
     };
+    let span = [poses.first(), poses.last()].map(|row| row.map_or(0.0, |row| row.time));
+    let turn = turn(files.z_up);
     let mut contacts = Vec::new();
-    for path in lists {
-        let rows = read_listed_contacts(path, world.bodies.len(), &named)?;
+    for path in &files.contacts {
+        let mut rows = read_listed_contacts(path, world.bodies.len(), &named)?;
+        if let Some(time) = time_outside(&rows) {
+            return Err(MotionImportError::Time { path: path.clone(), time });
+        }
+        let refused = |fault| MotionImportError::Contact { path: path.clone(), fault };
         let offset = contacts.iter().map(|row: &ContactRow| row.impact_id).max().unwrap_or(0);
-        let (rows, notices) = check_contacts(world, rows, &pose_of)
-            .map_err(|fault| MotionImportError::Contact { path: path.clone(), fault })?;
+        for ListedContact { line, row, .. } in &mut rows {
+            for vector in
+                [&mut row.point, &mut row.normal, &mut row.velocity, &mut row.impulse_t, &mut row.couple]
+            {
+                *vector = turn * *vector;
+            }
+            if row.impact_id > 0 {
+                let too_large = ContactFault::ImpactId { row: *line, id: row.impact_id };
+                row.impact_id = row.impact_id.checked_add(offset).ok_or_else(|| refused(too_large))?;
+            }
+        }
+        check_clock(&rows, span).map_err(refused)?;
+        let (rows, notices) = check_contacts(world, rows, &pose_of).map_err(refused)?;
         remarks.extend(notices.iter().map(|notice| format!("{}: {notice}", path.display())));
-        let numbered = |row: ContactRow| match (row.kind, row.impact_id) {
-            (ContactKind::Impact, id) | (_, id) if id > 0 => ContactRow { impact_id: id + offset, ..row },
-            _ => row,
-        };
-        contacts.extend(rows.into_iter().map(numbered));
+        contacts.extend(rows);
     }
     contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
     Ok(contacts)

@@ -126,7 +126,7 @@ impl<'a> Scene<'a> {
         for RecordedBody { body, frames } in recorded {
             let Body { mass, inertia, motion, .. } = &world.bodies[body.index()];
             if matches!(motion, Motion::Free) && frames.len() > 1 {
-                let inertia = Inertia { mass: *mass, inertia: *inertia, gravity: world.gravity };
+                let inertia = Inertia::new(*mass, *inertia, world.gravity);
                 kinematics[body.index()] = Some(Kinematics::new(frames, inertia));
             }
         }
@@ -191,6 +191,9 @@ impl<'a> Scene<'a> {
                 let place = members.iter().position(|member| member.body == other);
                 // A pair is searched once, from the member that came first.
                 if place.is_some_and(|place| place < next && members[place].fit.inverse_mass > 0.0) {
+                    continue;
+                }
+                if place.is_none() && !self.may_meet(&one, other, time) {
                     continue;
                 }
                 let window = self.window_near(windows, other, time, start.span, done);
@@ -285,6 +288,16 @@ impl<'a> Scene<'a> {
         Some(Member { body, state, window, fit, is_supported })
     }
 
+    /// Whether a body comes near a member around an instant: a cheap test of balls around its way.
+    fn may_meet(&self, one: &Member, other: BodyId, time: f64) -> bool {
+        let Some((centre, way)) = self.kinematics[other.index()].as_ref().and_then(|k| k.way_around(time))
+        else {
+            return true;
+        };
+        let [a, b] = [one.body, other].map(|id| self.surfaces[id.index()].radius);
+        one.state.pose.position.distance(centre) < a + b + WIDEST * a.min(b) + way
+    }
+
     fn placed(&self, body: BodyId, pose: Pose) -> Placed<'_> {
         Placed { sampled: &self.surfaces[body.index()], pose }
     }
@@ -319,7 +332,8 @@ fn state_of_unrecorded(body: &Body, time: f64) -> State {
 
 /// Jumps of the frames around an instant, of a body without an impact there.
 fn small_jumps(kinematics: &Kinematics<'_>, time: f64) -> (DVec3, DVec3) {
-    let Some(index) = kinematics.interval_at(time) else { return (DVec3::ZERO, DVec3::ZERO) };
+    let index = kinematics.interval_at(time).filter(|_| kinematics.is_recorded_at(time));
+    let Some(index) = index else { return (DVec3::ZERO, DVec3::ZERO) };
     let around = &kinematics.jumps[index..=index + 1];
     (around.iter().map(|jump| jump.velocity).sum(), around.iter().map(|jump| jump.angular_momentum).sum())
 }
@@ -387,6 +401,7 @@ impl Event {
             }));
         }
     }
+
     /// Points that push, those within `near` \[m\] of a stronger one joined with it: samples of one contact.
     fn merged(&self, pushing: &[usize], near: f64) -> Vec<Push> {
         let mut order = pushing.to_vec();

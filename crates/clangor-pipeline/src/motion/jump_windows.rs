@@ -66,7 +66,8 @@ pub(super) fn jump_windows(body: BodyId, kinematics: &Kinematics<'_>, v_min: f64
             continue;
         }
         let before = windows.last().map_or(0, |window| window.last);
-        let length = (k..).take_while(|frame| run.is_hit(*frame)).count();
+        // Longer runs are taken apart like those of four.
+        let length = (k..k + 4).take_while(|frame| run.is_hit(*frame)).count();
         let (found, frames) = run.first_impacts(k, length, before);
         windows.extend(found);
         k += frames;

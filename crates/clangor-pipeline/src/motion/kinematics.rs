@@ -24,16 +24,23 @@ pub(super) struct Inertia {
     /// \[kg\].
     pub(super) mass: f64,
     /// About the centre of mass, body frame [kg m²].
-    pub(super) inertia: DMat3,
+    inertia: DMat3,
+    /// Its inverse.
+    inverse: DMat3,
     /// Gravity [m/s²].
     pub(super) gravity: DVec3,
 }
 
 impl Inertia {
+    /// Of a mass \[kg\] with an inertia about its centre [kg m², body], under gravity [m/s²].
+    pub(super) fn new(mass: f64, inertia: DMat3, gravity: DVec3) -> Self {
+        Inertia { mass, inertia, inverse: inertia.inverse(), gravity }
+    }
+
     /// I⁻¹ of a body turned by `orientation`, world frame.
     pub(super) fn inverse_at(&self, orientation: DQuat) -> DMat3 {
         let rotation = DMat3::from_quat(orientation);
-        rotation * self.inertia.inverse() * rotation.transpose()
+        rotation * self.inverse * rotation.transpose()
     }
 }
 
@@ -111,6 +118,16 @@ impl<'a> Kinematics<'a> {
         Some(self.frames.partition_point(|frame| frame.time <= time).saturating_sub(1).min(last))
     }
 
+    /// A ball that holds the body at all instants within two frames of `time`: centre and radius of the way \[m\].
+    pub(super) fn way_around(&self, time: f64) -> Option<(DVec3, f64)> {
+        let index = self.interval_at(time)?;
+        let near = &self.intervals[index.saturating_sub(3)..(index + 4).min(self.intervals.len())];
+        let speed = near.iter().map(|interval| interval.velocity.length()).fold(0.0, f64::max);
+        let span = near.iter().map(|interval| interval.length).fold(0.0, f64::max);
+        let fall = self.inertia.gravity.length() * span;
+        Some((self.frames[index].pose.position, 4.0 * span * (speed + 2.0 * fall)))
+    }
+
     /// The motion of interval `index` continued to `time` with the acceleration that the body had before it.
     pub(super) fn continued(&self, index: usize, time: f64) -> State {
         let (interval, end) = (self.intervals[index], self.frames[index + 1]);
@@ -144,10 +161,21 @@ impl<'a> Kinematics<'a> {
         held.length() > 0.0 && (jump.velocity - held).length() < 0.5 * held.length()
     }
 
+    /// Whether a time lies between the first frame and the last.
+    pub(super) fn is_recorded_at(&self, time: f64) -> bool {
+        let ends = self.frames.first().zip(self.frames.last());
+        ends.is_some_and(|(first, last)| (first.time..=last.time).contains(&time))
+    }
+
     /// State at a time in a frame without an impact: the frame before continued; the means of the frame where
-    /// that has a jump, or none is before it.
+    /// that has a jump, or none is before it. Outside the frames the body rests in its first or last pose.
     pub(super) fn at(&self, time: f64) -> Option<State> {
         let index = self.interval_at(time)?;
+        if !self.is_recorded_at(time) {
+            let end = if time < self.frames[0].time { 0 } else { self.frames.len() - 1 };
+            let pose = self.frames[end].pose;
+            return Some(State { pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO });
+        }
         let jump = self.jumps[index];
         let is_smooth = jump.size < 2.0 * self.inertia.gravity.length() * jump.span;
         if index > 0 && is_smooth {

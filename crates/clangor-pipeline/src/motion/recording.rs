@@ -120,9 +120,15 @@ pub enum RecordingNotice {
         /// Longest distance \[s\].
         longest: f64,
     },
-    /// A body that falls sideways.
+    /// Bodies of tables that fall sideways.
     #[error("bodies fall along -z, not along gravity: the file seems to have z up; import it with --up z")]
     ZUp,
+    /// Bodies of glTF files that fall sideways.
+    #[error(
+        "bodies fall along -z, not along gravity: the glTF file seems to have z up, which the format does not \
+         allow; export it with +Y up"
+    )]
+    ZUpInGltf,
     /// A body that turns too fast for its frames.
     #[error(
         "body {body}, row {row}: it turns by {degrees:.0}° within a frame; its spin cannot be told beyond \
@@ -196,9 +202,11 @@ fn speed(from: &Frame, to: &Frame) -> f64 {
     from.pose.position.distance(to.pose.position) / (to.time - from.time)
 }
 
-/// What should be known about checked frames; `name` gives the names of the bodies, `gravity` is in m/s².
+/// What should be known about checked frames, of which the first `from_gltf` bodies come from glTF files; `name`
+/// gives the names of the bodies, `gravity` is in m/s².
 pub fn notices(
     bodies: &[RecordedBody],
+    from_gltf: usize,
     name: &dyn Fn(BodyId) -> String,
     gravity: DVec3,
 ) -> Vec<RecordingNotice> {
@@ -221,9 +229,9 @@ pub fn notices(
             });
         }
     }
-    if falls_along_z(bodies, gravity) {
-        found.push(RecordingNotice::ZUp);
-    }
+    let (gltf, tables) = bodies.split_at(from_gltf.min(bodies.len()));
+    found.extend(falls_along_z(gltf, gravity).then_some(RecordingNotice::ZUpInGltf));
+    found.extend(falls_along_z(tables, gravity).then_some(RecordingNotice::ZUp));
     found
 }
 

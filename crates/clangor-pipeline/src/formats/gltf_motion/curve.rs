@@ -3,8 +3,10 @@
 use glam::{DQuat, DVec3, DVec4};
 
 use super::NodeFault;
+use super::key_times::KeyFrames;
 use crate::formats::mesh_reader::MeshFault;
 use crate::formats::mesh_reader::gltf::document::{Accessor, Animation, Channel, GltfFile};
+use crate::motion::recording::MAX_TIME;
 
 /// How values lie between keys.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +34,12 @@ pub(super) struct Curves {
 }
 
 impl Curves {
-    /// Those of a node in all animations of the file.
-    pub(super) fn of_node(file: &GltfFile, node: usize) -> Result<Self, NodeFault> {
+    /// Those of a node in all animations of the file, whose keys lie on `frames`.
+    pub(super) fn of_node(
+        file: &GltfFile,
+        frames: Option<&KeyFrames>,
+        node: usize,
+    ) -> Result<Self, NodeFault> {
         let mut curves = Curves::default();
         for animation in &file.document.animations {
             for channel in animation.channels.iter().filter(|channel| channel.target.node == Some(node)) {
@@ -46,7 +52,7 @@ impl Curves {
                 if place.is_some() {
                     return Err(NodeFault::TwoAnimations { path });
                 }
-                *place = Some(read(file, animation, channel, path)?);
+                *place = Some(read(file, animation, channel, path, frames)?);
             }
         }
         Ok(curves)
@@ -62,6 +68,7 @@ fn read(
     animation: &Animation,
     channel: &Channel,
     path: &'static str,
+    frames: Option<&KeyFrames>,
 ) -> Result<Curve, NodeFault> {
     let fault = |reason: String| NodeFault::Curve { path, reason };
     let sampler = animation.samplers.get(channel.sampler);
@@ -92,6 +99,11 @@ fn read(
     if let Some(key) = times.windows(2).position(|w| w[0] >= w[1] || !w[0].is_finite() || !w[1].is_finite()) {
         return Err(fault(format!("its times do not rise at key {}", key + 1)));
     }
+    if let Some(key) = times.iter().position(|time| !(0.0..=MAX_TIME).contains(time)) {
+        let time = times[key];
+        return Err(fault(format!("key {key} is at t = {time} s; times run from 0 to {MAX_TIME} s")));
+    }
+    let times = frames.map_or_else(|| times.clone(), |frames| frames.exact(&times));
     Ok(Curve { times, interpolation, values, is_rotation })
 }
 

@@ -1,8 +1,8 @@
 //! Frames of a node in the world, through its parents, and the span in which it is shown.
 //!
-//! All frames are keys of one curve, the densest that moves the node: a key in between would be a point on
-//! the chord of the true path and seem an impact. Keys between which a curve is smooth are divided. Times
-//! at a constant rate are taken exactly, since files keep them in 32 bits.
+//! Frames are the keys of the finest curve that moves the node, and outside its span those of the next finer
+//! one: a key in between would be a point on the chord of the true path and seem an impact. Distances of keys
+//! within a smooth curve are divided.
 
 use clangor_core::pose::Pose;
 use glam::{DMat4, DQuat, DVec3};
@@ -17,8 +17,6 @@ use crate::motion::recording::Frame;
 const SMOOTH_RATE: f64 = 240.0;
 /// Scales that count as equal, and as zero.
 const SAME_SCALE: f64 = 1e-3;
-/// Rounding of times in 32 bits, relative.
-const TIME_ROUNDING: f64 = 2.5e-7;
 
 /// How a node moves.
 pub(super) struct NodeMotion {
@@ -111,11 +109,12 @@ impl NodeMotion {
         // What is shown from its first key on has always been there.
         let begins = order.first().copied().unwrap_or(0.0);
         let birth = birth.map_or(f64::INFINITY, |birth| if birth <= begins { 0.0 } else { birth });
-        let alive = |time: &f64| *time >= birth - TIME_ROUNDING * (1.0 + birth) && *time <= death;
+        let alive = |time: &f64| (birth..=death).contains(time);
         let frame = |(row, time): (usize, f64)| Frame { time, pose: chain.at(time).pose, row: row as u64 };
         let frames = times.iter().copied().enumerate().filter(|(_, time)| alive(time)).map(frame).collect();
         let start = chain.at(if birth.is_finite() { birth } else { begins }).pose;
-        let scale = chain.own.abs() * (first.unwrap_or(1.0));
+        // With its signs: a mirrored node has a mirrored mesh.
+        let scale = chain.own * first.unwrap_or(1.0);
         Ok(NodeMotion { frames, start, birth, death, scale, is_animated })
     }
 }
@@ -160,38 +159,46 @@ fn uniform(scale: DVec3) -> Result<f64, NodeFault> {
     Ok(x)
 }
 
-/// Times of the frames: those of the densest curve, finer where it is smooth; 0 without curves.
+/// Times of the frames: the keys of the finest curve, and of the next finer ones where those before have
+/// none; finer where a curve is smooth; 0 without curves.
 fn clock(links: &[(Rest, &Curves)]) -> Vec<f64> {
     let moving = links.iter().flat_map(|(_, curves)| [&curves.translation, &curves.rotation]).flatten();
-    let Some(densest) = moving.max_by_key(|curve| curve.times.len()) else { return vec![0.0] };
-    let times = exact(&densest.times);
-    if densest.interpolation != Interpolation::Cubic {
-        return times;
+    let mut moving: Vec<&Curve> = moving.collect();
+    if moving.is_empty() {
+        return vec![0.0];
     }
-    let mut finer = Vec::new();
+    moving.sort_by(|a, b| mean_spacing(a).total_cmp(&mean_spacing(b)));
+    let mut times: Vec<f64> = Vec::new();
+    for curve in &moving {
+        let (first, last) = (times.first().copied(), times.last().copied());
+        let is_outside =
+            |key: &f64| first.is_none_or(|first| *key < first) || last.is_none_or(|last| *key > last);
+        times.extend(curve.times.iter().copied().filter(is_outside));
+        times.sort_by(f64::total_cmp);
+    }
+    let smooth: Vec<[f64; 2]> = moving
+        .iter()
+        .filter(|curve| curve.interpolation == Interpolation::Cubic)
+        .filter_map(|curve| Some([*curve.times.first()?, *curve.times.last()?]))
+        .collect();
+    let mut finer = Vec::with_capacity(times.len());
     for pair in times.windows(2) {
-        let parts = ((pair[1] - pair[0]) * SMOOTH_RATE).ceil().max(1.0);
-        finer.extend((0..parts as u32).map(|k| pair[0] + (pair[1] - pair[0]) * f64::from(k) / parts));
+        let (from, span) = (pair[0], pair[1] - pair[0]);
+        let is_smooth = smooth.iter().any(|[first, last]| *first < pair[1] && from < *last);
+        // Without the last digit, by which a span of ten frames would have eleven.
+        let parts = if is_smooth { (span * SMOOTH_RATE - 1e-6).ceil().max(1.0) } else { 1.0 };
+        finer.extend((0..parts as u32).map(|k| from + span * f64::from(k) / parts));
     }
     finer.extend(times.last());
     finer
 }
 
-/// Times of a constant rate without their rounding to 32 bits.
-fn exact(times: &[f64]) -> Vec<f64> {
-    let (Some(first), Some(last)) = (times.first(), times.last()) else { return Vec::new() };
-    let steps = (times.len() - 1) as f64;
-    if steps < 2.0 {
-        return times.to_vec();
+/// Mean distance of the keys \[s\]; infinite with one key.
+fn mean_spacing(curve: &Curve) -> f64 {
+    match curve.times.as_slice() {
+        [first, .., last] => (last - first) / (curve.times.len() - 1) as f64,
+        _ => f64::INFINITY,
     }
-    let measured = steps / (last - first);
-    let round = measured.round();
-    let rate = if round > 0.0 && (measured / round - 1.0).abs() < 1e-5 { round } else { measured };
-    let start = (first * rate).round() / rate;
-    let start = if (start - first).abs() <= TIME_ROUNDING * (1.0 + first.abs()) { start } else { *first };
-    let regular: Vec<f64> = (0..times.len()).map(|k| start + k as f64 / rate).collect();
-    let is_regular = regular.iter().zip(times).all(|(r, t)| (r - t).abs() <= TIME_ROUNDING * (1.0 + t.abs()));
-    if is_regular { regular } else { times.to_vec() }
 }
 
 /// Times at which a scale may show or hide the node.

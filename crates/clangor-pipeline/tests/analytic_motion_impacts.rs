@@ -198,13 +198,14 @@ fn analytic_a_jump_that_touches_nothing_is_told() {
 fn analytic_a_body_rests_after_its_last_frame() {
     let ball = |name: &str| Body::sphere(name, presets::STEEL.material(), 0.01);
     let (a, b) = (ball("a"), ball("b"));
-    let world = World { bodies: vec![a, b], links: Vec::new(), gravity: DVec3::ZERO };
+    let world = world(vec![a, b]);
     // One flies to x = 0.2 m and is recorded no more; the other comes along z and bounces there.
-    let first = |t: f64| Pose::at(DVec3::X * t);
-    let (instant, end) = (0.4011, DVec3::new(0.2, 0.0, 0.02));
+    let flight = |from, place, velocity| Flight { from, pose: Pose::at(place), velocity, spin: DVec3::ZERO };
+    let (instant, end) = (0.4011, DVec3::new(0.2, 3.0, 0.0));
+    let first = |t: f64| flight(0.2, end, DVec3::X).at(t);
     let second = |t: f64| {
         let speed = if t < instant { -2.0 } else { 1.0 };
-        Pose::at(end + DVec3::Z * (speed * (t - instant)))
+        flight(instant, end + DVec3::Z * 0.02, DVec3::Z * speed).at(t)
     };
     for rate in RATES.into_iter().filter(|rate| *rate > 100.0) {
         let recorded = [sampled(0, rate, 0.2, first), sampled(1, rate, 0.6, second)];

@@ -3,8 +3,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use clangor_core::body::BodyId;
+use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::gltf_motion::{GltfNode, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
@@ -12,6 +13,11 @@ use clangor_pipeline::interchange::body_files::import_contacts;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
+use parquet::basic::{Compression, ZstdLevel};
+use parquet::data_type::DoubleType;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::parser::parse_message_type;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -369,4 +375,94 @@ fn property_a_name_that_looks_like_a_number_is_a_name() {
         let message = import(folder.path(), &["a.csv"], &[], false).unwrap_err();
         assert!(message.contains(&format!("body is {name}")), "{message}");
     }
+}
+
+/// Writes a Parquet file with a column of doubles for each name, and its value in all of `rows` rows.
+fn write_parquet(path: &Path, columns: &[(&str, f64)], rows: usize) {
+    let fields: String = columns.iter().map(|(name, _)| format!("required double {name};")).collect();
+    let schema = Arc::new(parse_message_type(&format!("message rows {{ {fields} }}")).unwrap());
+    let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()));
+    let file = fs::File::create(path).unwrap();
+    let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build())).unwrap();
+    let mut group = writer.next_row_group().unwrap();
+    for (_, value) in columns {
+        let mut column = group.next_column().unwrap().unwrap();
+        let batch = vec![*value; 1 << 20];
+        let mut left = rows;
+        while left > 0 {
+            let count = left.min(batch.len());
+            column.typed::<DoubleType>().write_batch(&batch[..count], None, None).unwrap();
+            left -= count;
+        }
+        column.close().unwrap();
+    }
+    group.close().unwrap();
+    writer.close().unwrap();
+}
+
+#[test]
+fn property_tables_that_claim_too_much_are_refused_before_they_are_read() {
+    let folder = folder(SCENE, &[]);
+    let path = folder.path();
+    // Twenty-one million rows in 300 kB.
+    let columns = [("t", 0.0), ("body", 0.0), ("position_x", 0.0), ("position_y", 0.0), ("position_z", 0.0)];
+    write_parquet(&path.join("long.parquet"), &columns, 21_000_000);
+    let size = fs::metadata(path.join("long.parquet")).unwrap().len();
+    assert!(size < 500_000, "{size} bytes");
+    let message = import(path, &["long.parquet"], &[], false).unwrap_err();
+    assert!(message.contains("more than 20000000 rows"), "{message}");
+    // A new key in each line.
+    let line = |k: u32| format!("{{\"t\": {k}, \"body\": 0, \"position\": [0, 0, 0], \"key{k}\": 0}}\n");
+    fs::write(path.join("keys.jsonl"), (0..10_000).map(line).collect::<String>()).unwrap();
+    let message = import(path, &["keys.jsonl"], &[], false).unwrap_err();
+    assert!(message.contains("column key0 is unknown"), "{message}");
+    // A single line without end.
+    fs::write(path.join("line.csv"), format!("{HEAD}{}", "0".repeat(2 << 20))).unwrap();
+    let message = import(path, &["line.csv"], &[], false).unwrap_err();
+    assert!(message.contains("line 2: the line is longer"), "{message}");
+    // A row of a Parquet file is no line.
+    let columns = [("t", 0.3), ("body_a", 9.0)];
+    write_parquet(&path.join("list.parquet"), &columns, 1);
+    fs::write(path.join("a.csv"), falling(240.0, 1)).unwrap();
+    let message = import(path, &["a.csv"], &["list.parquet"], false).unwrap_err();
+    assert!(message.contains("row 0: body_a is 9"), "{message}");
+}
+
+#[test]
+fn property_a_kinematic_node_yields_to_no_impact() {
+    // A ball falls onto a stone that comes towards it.
+    let folder = folder(SCENE, &[("a.csv", &falling(240.0, 1))]);
+    let physics = |motion: Value| json!({ "extensions": { "KHR_physics_rigid_bodies": motion } });
+    let motion =
+        |is_kinematic: bool| physics(json!({ "motion": { "isKinematic": is_kinematic, "mass": 2.0 } }));
+    for is_kinematic in [false, true] {
+        write_gltf(folder.path(), &motion(is_kinematic), &[rising(240.0, "LINEAR")]);
+        let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
+        let file = |name: &str| vec![folder.path().join(name)];
+        let files = MotionFiles { gltf: file("a.gltf"), poses: file("a.csv"), ..MotionFiles::default() };
+        let out = folder.path().join("out.timeline");
+        assert_eq!(import_motion(&loaded, &files, &out, true).unwrap().moved, 2);
+        let bodies = TimelineReader::open(&out).unwrap().header().world.bodies.clone();
+        let stone = bodies.iter().find(|body| body.name == "stone").unwrap();
+        assert_eq!(stone.mass, 2.0);
+        match &stone.motion {
+            Motion::Keyframed(track) => assert!(is_kinematic && track.keys().len() == 60),
+            other => assert!(!is_kinematic && *other == Motion::Free),
+        }
+    }
+    let collider = json!({ "collider": { "geometry": { "shape": 0 } } });
+    let mut node = physics(collider);
+    node["name"] = "wall".into();
+    write_gltf(folder.path(), &node, &[rising(240.0, "LINEAR")]);
+    let path = folder.path().join("a.gltf");
+    let text = fs::read_to_string(&path).unwrap().replace("\"mesh\":0,", "").replace(",\"mesh\":0", "");
+    fs::write(&path, text).unwrap();
+    let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
+    let files =
+        MotionFiles { gltf: vec![path], poses: vec![folder.path().join("a.csv")], ..MotionFiles::default() };
+    let notices = import_motion(&loaded, &files, &folder.path().join("out.timeline"), true).unwrap().notices;
+    assert!(
+        notices.iter().any(|notice| notice.contains("node wall: it has an implicit collider")),
+        "{notices:?}"
+    );
 }

@@ -24,6 +24,7 @@
 
 mod csv;
 mod jsonl;
+mod parquet;
 
 pub(crate) use csv::split as split_line;
 
@@ -35,7 +36,7 @@ use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
-use crate::formats::record_table::{Cell, RecordTable, RecordTableError, read_table};
+use crate::formats::record_table::RecordTableError;
 
 /// Why a contact list could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -65,7 +66,17 @@ pub enum ContactListError {
     /// A Parquet file cannot be read.
     #[error(transparent)]
     Table(#[from] RecordTableError),
-    /// A line is wrong, or a row of a Parquet file, from 0.
+    /// A row of a Parquet file is wrong.
+    #[error("{path}, row {row}: {fault}")]
+    Row {
+        /// The file.
+        path: PathBuf,
+        /// The row, from 0.
+        row: usize,
+        /// What is wrong there.
+        fault: LineFault,
+    },
+    /// A line is wrong.
     #[error("{path}, line {line}: {fault}")]
     Line {
         /// The file.
@@ -201,7 +212,11 @@ pub fn read_listed_contacts(
             })
             .collect::<Result<Vec<_>, _>>()
     });
-    let rows = entries.map_err(|(line, fault)| ContactListError::Line { path: path.into(), line, fault })?;
+    let is_table = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let rows = entries.map_err(|(line, fault)| match is_table {
+        true => ContactListError::Row { path: path.into(), row: line, fault },
+        false => ContactListError::Line { path: path.into(), line, fault },
+    })?;
     Ok(finish(rows))
 }
 
@@ -210,7 +225,7 @@ fn read_entries(path: &Path) -> Result<Parsed, ContactListError> {
     let parse = match extension.as_str() {
         "jsonl" => jsonl::parse,
         "csv" => csv::parse,
-        "parquet" => return Ok(parse_table(&read_table(path)?)),
+        "parquet" => return parquet::parse(path),
         _ => return Err(ContactListError::Extension { path: path.into() }),
     };
     let bytes = fs::read(path).map_err(|source| ContactListError::Io { path: path.into(), source })?;
@@ -219,22 +234,6 @@ fn read_entries(path: &Path) -> Result<Parsed, ContactListError> {
     // Editors of one system put a mark before the text.
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
     Ok(parse(text))
-}
-
-/// The rows of a Parquet file, whose columns are those of CSV.
-fn parse_table(table: &RecordTable) -> Parsed {
-    let header = csv::parse_header(&table.columns).map_err(|fault| (0, fault))?;
-    let text = |cell: &Cell| match cell {
-        Cell::Empty => String::new(),
-        Cell::Number(number) => number.to_string(),
-        Cell::Text(text) => text.clone(),
-    };
-    let entry = |record: &crate::formats::record_table::Record| {
-        let row = record.row as usize;
-        let values: Vec<String> = record.cells.iter().map(text).collect();
-        Ok((row, csv::parse_entry(&header, &values).map_err(|fault| (row, fault))?))
-    };
-    table.records.iter().map(entry).collect()
 }
 
 /// Numbers the impacts that have no number yet, and sorts.

@@ -111,6 +111,10 @@ pub struct GltfNode {
     pub death: f64,
     /// Mass by `KHR_physics_rigid_bodies` \[kg\].
     pub mass: Option<f64>,
+    /// Whether it is moved from outside (`isKinematic`), and so yields to no impact.
+    pub is_kinematic: bool,
+    /// Whether it has an implicit shape as a collider, which is not read.
+    pub has_implicit_collider: bool,
     /// Whether it or a node above it is animated.
     pub is_animated: bool,
 }
@@ -144,7 +148,9 @@ pub fn read_gltf_motion(path: &Path) -> Result<Vec<GltfNode>, GltfMotionError> {
         let chain: Vec<usize> = std::iter::successors(Some(place), |p| placed[*p].parent).collect();
         let motion = NodeMotion::of_chain(&file, &placed, &curves, &chain).map_err(at_node(place))?;
         let mesh = local_mesh(&file, &placed[place], &motion).map_err(in_file)?;
-        let motion_json = node.extensions.physics.as_ref().and_then(|physics| physics.get("motion"));
+        let physics = |part: &str| node.extensions.physics.as_ref().and_then(|physics| physics.get(part));
+        let motion_json = physics("motion");
+        let shape = physics("collider").and_then(|collider| collider.get("geometry")?.get("shape"));
         nodes.push(GltfNode {
             name: name(place),
             ancestors: chain[1..].iter().map(|place| name(*place)).collect(),
@@ -155,6 +161,8 @@ pub fn read_gltf_motion(path: &Path) -> Result<Vec<GltfNode>, GltfMotionError> {
             birth: motion.birth,
             death: motion.death,
             mass: motion_json.and_then(|motion| motion.get("mass")?.as_f64()).filter(|mass| *mass > 0.0),
+            is_kinematic: motion_json.and_then(|motion| motion.get("isKinematic")?.as_bool()) == Some(true),
+            has_implicit_collider: shape.is_some(),
             is_animated: motion.is_animated,
         });
     }

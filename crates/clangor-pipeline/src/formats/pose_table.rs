@@ -12,6 +12,7 @@
 //! from the poses. The rows of a body come in order of time, up to 1 ms; those of several bodies may be
 //! mixed.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::BodyId;
@@ -19,7 +20,7 @@ use clangor_core::pose::Pose;
 use glam::{DQuat, DVec3};
 
 use super::contact_list::body_of_number;
-use super::record_table::{Cell, Record, RecordTable, RecordTableError, read_table};
+use super::record_table::{Cell, RecordTableError, RowSink, read_rows};
 use crate::motion::recording::Frame;
 
 /// Frames this near to each other at one time are one \[m\].
@@ -55,14 +56,6 @@ pub enum PoseTableError {
     /// A column is missing.
     #[error("{path} has no column {column}; docs/format/timeline.md lists the columns of poses")]
     Missing {
-        /// The file.
-        path: PathBuf,
-        /// The column.
-        column: String,
-    },
-    /// A column that means nothing.
-    #[error("{path}: column {column} is unknown; docs/format/timeline.md lists the columns of poses")]
-    Unknown {
         /// The file.
         path: PathBuf,
         /// The column.
@@ -104,8 +97,29 @@ pub enum PoseTableError {
     },
 }
 
-/// Columns that are known, but not needed.
+/// Beginnings of names of columns that are known, but not needed.
 const IGNORED: [&str; 2] = ["velocity_", "angular_velocity_"];
+
+/// The columns that are read.
+const COLUMNS: [&str; 12] = [
+    "t",
+    "body",
+    "position_x",
+    "position_y",
+    "position_z",
+    "origin_x",
+    "origin_y",
+    "origin_z",
+    "orientation_x",
+    "orientation_y",
+    "orientation_z",
+    "orientation_w",
+];
+const TIME: usize = 0;
+const BODY: usize = 1;
+const POSITION: usize = 2;
+const ORIGIN: usize = 5;
+const ORIENTATION: usize = 8;
 
 /// Reads poses; `body` finds a body by its name, and a text that is no name may be a number below
 /// `body_count`.
@@ -117,29 +131,21 @@ pub fn read_pose_table(
     body_count: usize,
     body: &dyn Fn(&str) -> Option<BodyId>,
 ) -> Result<PoseTable, PoseTableError> {
-    let table = read_table(path)?;
-    let reader = Reader::new(path, &table)?;
-    let mut bodies: Vec<(BodyId, Vec<Frame>)> = Vec::new();
-    let mut place_of: Vec<Option<usize>> = vec![None; body_count];
-    for record in &table.records {
-        let text = match &record.cells[reader.body] {
-            Cell::Text(text) => text.clone(),
-            Cell::Number(number) => number.to_string(),
-            Cell::Empty => String::new(),
-        };
-        let number = || body_of_number(&text, body_count);
-        let id = body(&text).or_else(number);
-        let id = id.ok_or_else(|| PoseTableError::Body { path: path.into(), row: record.row, text })?;
-        let place = *place_of[id.index()].get_or_insert_with(|| {
-            bodies.push((id, Vec::new()));
-            bodies.len() - 1
-        });
-        insert(&mut bodies[place].1, reader.frame(record)?);
-    }
-    if bodies.is_empty() {
+    let mut reader = Reader {
+        path,
+        find: body,
+        body_count,
+        ids: HashMap::new(),
+        place_of: vec![None; body_count],
+        bodies: Vec::new(),
+        position_of: PositionOf::CentreOfMass,
+        is_turned: false,
+    };
+    read_rows(path, &mut reader)?;
+    if reader.bodies.is_empty() {
         return Err(PoseTableError::Empty { path: path.into() });
     }
-    Ok(PoseTable { position_of: reader.position_of, bodies })
+    Ok(PoseTable { position_of: reader.position_of, bodies: reader.bodies })
 }
 
 /// Adds a frame, a little late ones in their place. Timelines have a row at an impact besides that of the
@@ -156,79 +162,111 @@ fn insert(frames: &mut Vec<Frame>, frame: Frame) {
     }
 }
 
-/// Places of the columns.
+/// Collects the frames of the bodies.
 struct Reader<'a> {
     path: &'a Path,
-    table: &'a RecordTable,
-    time: usize,
-    body: usize,
-    position: [usize; 3],
-    orientation: Option<[usize; 4]>,
+    find: &'a dyn Fn(&str) -> Option<BodyId>,
+    body_count: usize,
+    /// Bodies of the texts so far.
+    ids: HashMap<String, BodyId>,
+    /// Places of the bodies in `bodies`.
+    place_of: Vec<Option<usize>>,
+    bodies: Vec<(BodyId, Vec<Frame>)>,
     position_of: PositionOf,
+    is_turned: bool,
 }
 
-impl<'a> Reader<'a> {
-    fn new(path: &'a Path, table: &'a RecordTable) -> Result<Self, PoseTableError> {
-        let place = |name: &str| table.columns.iter().position(|column| column == name);
-        let needed = |name: String| {
-            place(&name).ok_or_else(|| PoseTableError::Missing { path: path.into(), column: name })
-        };
-        let has_origin = place("origin_x").is_some();
-        if has_origin && place("position_x").is_some() {
-            return Err(PoseTableError::TwoPositions { path: path.into() });
+impl RowSink for Reader<'_> {
+    type Error = PoseTableError;
+
+    fn known(&self) -> &[&'static str] {
+        &COLUMNS
+    }
+
+    fn is_ignored(&self, name: &str) -> bool {
+        IGNORED.iter().any(|beginning| name.starts_with(beginning))
+    }
+
+    fn columns(&mut self, present: &[bool]) -> Result<(), PoseTableError> {
+        if present[ORIGIN] && present[POSITION] {
+            return Err(PoseTableError::TwoPositions { path: self.path.into() });
         }
-        let name = if has_origin { "origin" } else { "position" };
-        let column = |name: &str, axis: &str| needed(format!("{name}_{axis}"));
-        let orientation = if place("orientation_x").is_some() || place("orientation_w").is_some() {
-            let axis = |axis| column("orientation", axis);
-            Some([axis("x")?, axis("y")?, axis("z")?, axis("w")?])
-        } else {
-            None
-        };
-        let reader = Reader {
-            path,
-            table,
-            time: needed("t".into())?,
-            body: needed("body".into())?,
-            position: [column(name, "x")?, column(name, "y")?, column(name, "z")?],
-            orientation,
-            position_of: if has_origin { PositionOf::Origin } else { PositionOf::CentreOfMass },
-        };
-        let mut used = vec![reader.time, reader.body];
-        used.extend(reader.position.iter().chain(reader.orientation.iter().flatten()));
-        let is_known =
-            |at: usize, name: &str| used.contains(&at) || IGNORED.iter().any(|i| name.starts_with(i));
-        let unknown = table.columns.iter().enumerate().find(|(at, name)| !is_known(*at, name));
-        match unknown {
-            Some((_, column)) => Err(PoseTableError::Unknown { path: path.into(), column: column.clone() }),
-            None => Ok(reader),
+        let position = if present[ORIGIN] { ORIGIN } else { POSITION };
+        self.position_of = if present[ORIGIN] { PositionOf::Origin } else { PositionOf::CentreOfMass };
+        self.is_turned = present[ORIENTATION..].contains(&true);
+        let turned = self.is_turned.then_some(ORIENTATION..ORIENTATION + 4).into_iter().flatten();
+        let mut needed = [TIME, BODY].into_iter().chain(position..position + 3).chain(turned);
+        match needed.find(|place| !present[*place]) {
+            Some(place) => {
+                Err(PoseTableError::Missing { path: self.path.into(), column: COLUMNS[place].into() })
+            }
+            None => Ok(()),
         }
     }
 
-    fn frame(&self, record: &Record) -> Result<Frame, PoseTableError> {
-        let finite = |cell: &Cell| cell.number().filter(|number| number.is_finite());
-        let number = |at: usize| match (finite(&record.cells[at]), &record.cells[at]) {
-            (Some(number), _) => Ok(number),
-            (None, other) => Err(PoseTableError::NotANumber {
+    fn row(&mut self, row: u64, cells: &[Cell]) -> Result<(), PoseTableError> {
+        let id = self.body(row, &cells[BODY])?;
+        let frame = self.frame(row, cells)?;
+        let place = *self.place_of[id.index()].get_or_insert_with(|| {
+            self.bodies.push((id, Vec::new()));
+            self.bodies.len() - 1
+        });
+        insert(&mut self.bodies[place].1, frame);
+        Ok(())
+    }
+}
+
+impl Reader<'_> {
+    fn body(&mut self, row: u64, cell: &Cell) -> Result<BodyId, PoseTableError> {
+        if let Cell::Text(text) = cell
+            && let Some(id) = self.ids.get(text)
+        {
+            return Ok(*id);
+        }
+        let text = shown(cell, "");
+        let id = (self.find)(&text).or_else(|| body_of_number(&text, self.body_count));
+        let id =
+            id.ok_or_else(|| PoseTableError::Body { path: self.path.into(), row, text: text.clone() })?;
+        if matches!(cell, Cell::Text(_)) {
+            self.ids.insert(text, id);
+        }
+        Ok(id)
+    }
+
+    fn frame(&self, row: u64, cells: &[Cell]) -> Result<Frame, PoseTableError> {
+        let number = |at: usize| {
+            let finite = cells[at].number().filter(|number| number.is_finite());
+            finite.ok_or_else(|| PoseTableError::NotANumber {
                 path: self.path.into(),
-                row: record.row,
-                column: self.table.columns[at].clone(),
-                text: match other {
-                    Cell::Empty => "empty".into(),
-                    Cell::Number(number) => number.to_string(),
-                    Cell::Text(text) => text.clone(),
-                },
-            }),
+                row,
+                column: COLUMNS[at].into(),
+                text: shown(&cells[at], "empty"),
+            })
         };
-        let [x, y, z] = self.position;
-        let orientation = match self.orientation {
-            Some([x, y, z, w]) => DQuat::from_xyzw(number(x)?, number(y)?, number(z)?, number(w)?),
-            None => DQuat::IDENTITY,
+        let [at, other] = match self.position_of {
+            PositionOf::CentreOfMass => [POSITION, ORIGIN],
+            PositionOf::Origin => [ORIGIN, POSITION],
         };
-        Ok(Frame {
-            time: number(self.time)?,
-            pose: Pose { position: DVec3::new(number(x)?, number(y)?, number(z)?), orientation },
-            row: record.row,
-        })
+        // A later line of JSON may have what the first had not.
+        if cells[other] != Cell::Empty {
+            return Err(PoseTableError::TwoPositions { path: self.path.into() });
+        }
+        let is_turned = self.is_turned || cells[ORIENTATION..].iter().any(|cell| *cell != Cell::Empty);
+        let [x, y, z, w] = std::array::from_fn(|k| ORIENTATION + k);
+        let orientation = match is_turned {
+            true => DQuat::from_xyzw(number(x)?, number(y)?, number(z)?, number(w)?),
+            false => DQuat::IDENTITY,
+        };
+        let position = DVec3::new(number(at)?, number(at + 1)?, number(at + 2)?);
+        Ok(Frame { time: number(TIME)?, pose: Pose { position, orientation }, row })
+    }
+}
+
+/// A cell as it stands in the file.
+fn shown(cell: &Cell, empty: &str) -> String {
+    match cell {
+        Cell::Empty => empty.into(),
+        Cell::Number(number) => number.to_string(),
+        Cell::Text(text) => text.clone(),
     }
 }

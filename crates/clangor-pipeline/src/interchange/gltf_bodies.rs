@@ -56,8 +56,8 @@ pub enum GltfBodyFault {
     },
 }
 
-/// Adds the nodes to a world: fixed bodies where nothing moves them, and frames of those that are moved.
-/// `notices` takes what should be known.
+/// Adds the nodes to a world: fixed bodies where nothing moves them, and frames of those that are moved. The
+/// second value has those of them that are moved from outside. `notices` takes what should be known.
 ///
 /// # Errors
 /// [`GltfBodyFault`] names the node.
@@ -65,8 +65,8 @@ pub(super) fn add_nodes(
     world: &mut World,
     nodes: Vec<GltfNode>,
     notices: &mut Vec<String>,
-) -> Result<Vec<RecordedBody>, GltfBodyFault> {
-    let mut recorded = Vec::new();
+) -> Result<(Vec<RecordedBody>, Vec<BodyId>), GltfBodyFault> {
+    let (mut recorded, mut kinematic) = (Vec::new(), Vec::new());
     let in_scene: Vec<String> = world.bodies.iter().map(|body| body.name.clone()).collect();
     let mut seen: Vec<String> = Vec::new();
     let mut solids = Solids::default();
@@ -74,6 +74,13 @@ pub(super) fn add_nodes(
         let described = in_scene.iter().position(|name| *name == node.name);
         let belongs_to_other = node.ancestors.iter().any(|name| in_scene.contains(name));
         if described.is_none() && (node.mesh.is_none() || belongs_to_other) {
+            if node.mesh.is_none() && node.has_implicit_collider && !belongs_to_other {
+                notices.push(format!(
+                    "node {}: it has an implicit collider and no mesh, and is left out; give it a mesh, or a body \
+                     of the scene its name",
+                    node.name
+                ));
+            }
             continue;
         }
         if described.is_some_and(|index| world.bodies[index].surface.is_plane()) {
@@ -111,9 +118,11 @@ pub(super) fn add_nodes(
         body.life = Life { birth: node.birth, death: node.death, parent: None };
         let frames =
             node.frames.iter().map(|frame| Frame { pose: at_centre(frame.pose), ..*frame }).collect();
-        recorded.push(RecordedBody { body: BodyId(index as u32), frames });
+        let body = BodyId(index as u32);
+        kinematic.extend(node.is_kinematic.then_some(body));
+        recorded.push(RecordedBody { body, frames });
     }
-    Ok(recorded)
+    Ok((recorded, kinematic))
 }
 
 /// Solids of meshes, which copies share.

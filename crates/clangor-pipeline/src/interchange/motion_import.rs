@@ -1,24 +1,29 @@
 //! Motion that another program recorded becomes a timeline: poses, and contacts that are recorded too or are
 //! found in the motion.
 
+mod error;
+mod pose_rows;
+
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId, Motion, World};
-use clangor_core::contact::{ContactError, PoseHistory};
-use clangor_core::pose::Pose;
+use clangor_core::contact::PoseHistory;
+use clangor_core::pose::{Keyframe, Pose, Track};
 use clangor_core::scene::instantiate::GeometryError;
 use clangor_core::timeline::{ContactRow, PoseRow, TimelineSink};
 use glam::{DQuat, DVec3};
 
-use super::gltf_bodies::{GltfBodyFault, add_nodes};
-use crate::formats::contact_list::{ContactListError, ListedContact, read_listed_contacts};
-use crate::formats::gltf_motion::{GltfMotionError, read_gltf_motion};
-use crate::formats::pose_table::{PoseTableError, PositionOf, read_pose_table};
-use crate::formats::timeline_file::{Origin, TimelineError, TimelineHeader, TimelineSummary, TimelineWriter};
+use super::gltf_bodies::add_nodes;
+use crate::formats::contact_list::{ListedContact, read_listed_contacts};
+use crate::formats::gltf_motion::read_gltf_motion;
+use crate::formats::pose_table::{PositionOf, read_pose_table};
+use crate::formats::timeline_file::{Origin, TimelineHeader, TimelineSummary, TimelineWriter};
 use crate::motion::contact_checks::{ContactFault, check_clock, check_contacts, time_outside};
 use crate::motion::impacts::{MotionImpacts, find_impacts};
-use crate::motion::recording::{Frame, MAX_TIME, RecordedBody, RecordingError, check_frames, notices};
+use crate::motion::recording::{Frame, RecordedBody, check_frames, notices};
 use crate::stages::load::{LoadedScene, load_geometry};
+pub use error::MotionImportError;
+use pose_rows::{pose_rows, velocities};
 
 /// Files of one recording.
 #[derive(Clone, Debug, Default)]
@@ -31,111 +36,6 @@ pub struct MotionFiles {
     pub contacts: Vec<PathBuf>,
     /// Whether the tables of poses and the contact lists have z up.
     pub z_up: bool,
-}
-
-/// Why a recording could not be imported.
-#[derive(Debug, thiserror::Error)]
-pub enum MotionImportError {
-    /// A glTF file is wrong.
-    #[error(transparent)]
-    Gltf(#[from] GltfMotionError),
-    /// A node is no body.
-    #[error("{path}, {fault}")]
-    Node {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        fault: GltfBodyFault,
-    },
-    /// A table of poses is wrong.
-    #[error(transparent)]
-    Poses(#[from] PoseTableError),
-    /// Frames are wrong.
-    #[error("{path}, {error}")]
-    Recording {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        error: RecordingError,
-    },
-    /// A contact list is wrong.
-    #[error(transparent)]
-    List(#[from] ContactListError),
-    /// A contact is impossible.
-    #[error("{path}, {fault}")]
-    Contact {
-        /// The list.
-        path: PathBuf,
-        /// What is wrong.
-        fault: ContactFault,
-    },
-    /// A contact at a time that no timeline has.
-    #[error("{path}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
-    Time {
-        /// The list.
-        path: PathBuf,
-        /// The time \[s\].
-        time: f64,
-    },
-    /// The poses are those of no body, or not finite.
-    #[error(transparent)]
-    Motion(#[from] ContactError),
-    /// The centre of mass of a body whose origins are given is not known.
-    #[error("{path} gives origins of {body}, whose centre of mass cannot be told: {reason}")]
-    Centre {
-        /// The table.
-        path: PathBuf,
-        /// The body.
-        body: String,
-        /// Why not.
-        reason: GeometryError,
-    },
-    /// Nothing of the scene moves.
-    #[error("{path} moves no body of the scene; nodes and rows belong to bodies by their names")]
-    NothingMoves {
-        /// The first file.
-        path: PathBuf,
-    },
-    /// Two files move a body.
-    #[error("{path} moves {body}, which another file moves too")]
-    Twice {
-        /// The later file.
-        path: PathBuf,
-        /// The body.
-        body: String,
-    },
-    /// The scene moves the body, or holds it.
-    #[error(
-        "{path} moves {body}, which is {motion} in the scene; leave that out of the scene, or {body} out \
-         of the file"
-    )]
-    NotFree {
-        /// The file.
-        path: PathBuf,
-        /// The body.
-        body: String,
-        /// Fixed, or moved by keyframes.
-        motion: &'static str,
-    },
-    /// A body without mass.
-    #[error("{body} has a mass of {mass} kg; a body that others move needs a mass above 0")]
-    NoMass {
-        /// The body.
-        body: String,
-        /// Its mass \[kg\].
-        mass: f64,
-    },
-    /// The timeline cannot be written.
-    #[error(transparent)]
-    Timeline(#[from] TimelineError),
-    /// A row did not reach the timeline.
-    #[error("cannot write {path}: {source}")]
-    Row {
-        /// The timeline.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
 }
 
 /// What was imported.
@@ -163,7 +63,7 @@ pub fn import_motion(
 ) -> Result<MotionSummary, MotionImportError> {
     let mut world = loaded.world.clone();
     let mut remarks = Vec::new();
-    let (recorded, from_gltf) = read_recording(loaded, files, &mut world, &mut remarks)?;
+    let Recording { recorded, from_gltf, held } = read_recording(loaded, files, &mut world, &mut remarks)?;
     let name = |id: BodyId| loaded_name(&world, id);
     remarks.extend(notices(&recorded, from_gltf, &name, world.gravity).iter().map(ToString::to_string));
     if files.z_up && files.poses.is_empty() && files.contacts.is_empty() {
@@ -172,13 +72,9 @@ pub fn import_motion(
         );
     }
     remarks.extend(unrecorded(&world, &recorded));
-    let poses = pose_rows(&recorded);
     let v_min = loaded.scene.simulation.v_min;
-    let (contacts, poses, found) = if files.contacts.is_empty() {
+    let (contacts, found) = if files.contacts.is_empty() {
         let found = find_impacts(&world, &recorded, v_min);
-        let mut poses = [poses, found.states.clone()].concat();
-        // The state before an impact comes last at its time.
-        poses.sort_by(|a, b| a.time.total_cmp(&b.time));
         if !found.untouched.is_empty() {
             let (body, time) = found.untouched[0];
             let count = found.untouched.len();
@@ -189,24 +85,29 @@ pub fn import_motion(
                 loaded_name(&world, body)
             ));
         }
-        (found.contacts.clone(), poses, Some(found))
+        (found.contacts.clone(), Some(found))
     } else {
-        (read_contacts(&world, &recorded, &poses, files, &mut remarks)?, poses, None)
+        (read_contacts(&world, &recorded, files, &mut remarks)?, None)
     };
-    let last = |times: &mut dyn Iterator<Item = f64>| times.fold(0.0, f64::max);
-    let duration =
-        last(&mut poses.iter().map(|row| row.time)).max(last(&mut contacts.iter().map(|row| row.time)));
+    let last_of = |body: &Body| match &body.motion {
+        Motion::Keyframed(track) => track.keys().last().map(|key| key.time),
+        _ => None,
+    };
+    let frames = recorded.iter().filter_map(|body| Some(body.frames.last()?.time));
+    let keys = world.bodies[loaded.world.bodies.len()..].iter().filter_map(last_of);
+    let duration = frames.chain(keys).chain(contacts.iter().map(|row| row.time)).fold(0.0, f64::max);
     let header = header(loaded, world, duration);
     let mut writer = TimelineWriter::create(output, &header, replace)?;
     let failed = |source| MotionImportError::Row { path: output.into(), source };
     for row in &contacts {
         writer.contact(row).map_err(failed)?;
     }
-    for row in &poses {
-        writer.pose(row).map_err(failed)?;
+    let states = found.as_ref().map_or(&[][..], |found| &found.states);
+    for row in pose_rows(&recorded, states) {
+        writer.pose(&row).map_err(failed)?;
     }
     let rows = writer.finish()?;
-    Ok(MotionSummary { rows, moved: recorded.len(), found, notices: remarks })
+    Ok(MotionSummary { rows, moved: recorded.len() + held.len(), found, notices: remarks })
 }
 
 fn loaded_name(world: &World, id: BodyId) -> String {
@@ -233,25 +134,34 @@ fn header(loaded: &LoadedScene, world: World, duration: f64) -> TimelineHeader {
     }
 }
 
-/// Reads all files of poses, checks them, and puts the bodies where they begin. The bodies of glTF files come
-/// first; the second value is their number.
+/// The bodies that files move.
+#[derive(Default)]
+struct Recording {
+    /// Those that move freely, of glTF files first.
+    recorded: Vec<RecordedBody>,
+    /// How many are of glTF files.
+    from_gltf: usize,
+    /// Those that are moved from outside, by keyframes of the world.
+    held: Vec<BodyId>,
+}
+
+/// Reads all files of poses, checks them, and puts the bodies where they begin.
 fn read_recording(
     loaded: &LoadedScene,
     files: &MotionFiles,
     world: &mut World,
     remarks: &mut Vec<String>,
-) -> Result<(Vec<RecordedBody>, usize), MotionImportError> {
-    let mut recorded: Vec<RecordedBody> = Vec::new();
-    let mut from_gltf = 0;
+) -> Result<Recording, MotionImportError> {
+    let Recording { mut recorded, mut from_gltf, mut held } = Recording::default();
     let sources =
         files.gltf.iter().map(|path| (path, true)).chain(files.poses.iter().map(|path| (path, false)));
     for (path, is_gltf) in sources {
-        let bodies = if is_gltf {
+        let (bodies, kinematic) = if is_gltf {
             let nodes = read_gltf_motion(path)?;
             let added = add_nodes(world, nodes, remarks);
             added.map_err(|fault| MotionImportError::Node { path: path.clone(), fault })?
         } else {
-            read_poses(loaded, world, path, files.z_up)?
+            (read_poses(loaded, world, path, files.z_up)?, Vec::new())
         };
         for mut body in bodies {
             let described = &world.bodies[body.body.index()];
@@ -273,13 +183,19 @@ fn read_recording(
             }
             check_frames(&name, &mut body.frames, loaded.scene.acoustics.medium.sound_speed)
                 .map_err(|error| MotionImportError::Recording { path: path.clone(), error })?;
-            if !body.frames.is_empty() {
+            let is_held = kinematic.contains(&body.body);
+            let keys =
+                body.frames.iter().map(|Frame { time, pose, .. }| Keyframe { time: *time, pose: *pose });
+            if let Some(track) = Track::try_new(keys.collect()).filter(|_| is_held) {
+                world.bodies[body.body.index()].motion = Motion::Keyframed(track);
+                held.push(body.body);
+            } else if !body.frames.is_empty() {
                 recorded.push(body);
                 from_gltf += usize::from(is_gltf);
             }
         }
     }
-    if recorded.is_empty() {
+    if recorded.is_empty() && held.is_empty() {
         let path = files.gltf.iter().chain(&files.poses).next().cloned().unwrap_or_default();
         return Err(MotionImportError::NothingMoves { path });
     }
@@ -290,7 +206,7 @@ fn read_recording(
         }
         (body.velocity, body.angular_velocity) = velocities(frames, 0);
     }
-    Ok((recorded, from_gltf))
+    Ok(Recording { recorded, from_gltf, held })
 }
 
 /// Bodies of a table of poses.
@@ -360,53 +276,22 @@ fn unrecorded(world: &World, recorded: &[RecordedBody]) -> Option<String> {
         .then(|| format!("not in the files, and so at rest where the scene starts them: {}", left.join(", ")))
 }
 
-/// Velocity [m/s] and angular velocity [rad/s] at a frame: the means of the intervals beside it.
-fn velocities(frames: &[Frame], at: usize) -> (DVec3, DVec3) {
-    let low = at.saturating_sub(1);
-    let high = (at + 1).min(frames.len() - 1);
-    let span = frames[high].time - frames[low].time;
-    if span <= 0.0 {
-        return (DVec3::ZERO, DVec3::ZERO);
-    }
-    let mut turn = frames[high].pose.orientation * frames[low].pose.orientation.inverse();
-    if turn.w < 0.0 {
-        turn = -turn;
-    }
-    ((frames[high].pose.position - frames[low].pose.position) / span, turn.to_scaled_axis() / span)
-}
-
-fn pose_rows(recorded: &[RecordedBody]) -> Vec<PoseRow> {
-    let mut rows: Vec<PoseRow> = recorded
-        .iter()
-        .flat_map(|RecordedBody { body, frames }| {
-            (0..frames.len()).map(move |at| {
-                let Frame { time, pose, .. } = frames[at];
-                let (velocity, angular_velocity) = velocities(frames, at);
-                let Pose { position, orientation } = pose;
-                PoseRow { time, body: *body, position, orientation, velocity, angular_velocity }
-            })
-        })
-        .collect();
-    rows.sort_by(|a, b| a.time.total_cmp(&b.time));
-    rows
-}
-
 /// Contacts of all lists, checked against the motion.
 fn read_contacts(
     world: &World,
     recorded: &[RecordedBody],
-    poses: &[PoseRow],
     files: &MotionFiles,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<ContactRow>, MotionImportError> {
     let named = |name: &str| world.bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
-    let history = PoseHistory::try_new(&world.bodies, poses)?;
+    let poses: Vec<PoseRow> = pose_rows(recorded, &[]).collect();
+    let history = PoseHistory::try_new(&world.bodies, &poses)?;
     let pose_of = |id: BodyId, time: f64| {
         let body = &world.bodies[id.index()];
         let is_known = !matches!(body.motion, Motion::Free) || recorded.iter().any(|r| r.body == id);
         is_known.then(|| history.at(id, time))
     };
-    let span = [poses.first(), poses.last()].map(|row| row.map_or(0.0, |row| row.time));
+    let span = span(world, recorded);
     let turn = turn(files.z_up);
     let mut contacts = Vec::new();
     for path in &files.contacts {
@@ -434,4 +319,16 @@ fn read_contacts(
     }
     contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
     Ok(contacts)
+}
+
+/// First and last instant at which files move anything \[s\].
+fn span(world: &World, recorded: &[RecordedBody]) -> [f64; 2] {
+    let frames = recorded.iter().flat_map(|body| [body.frames.first(), body.frames.last()]).flatten();
+    let tracks = world.bodies.iter().filter_map(|body| match &body.motion {
+        Motion::Keyframed(track) => Some(track.keys()),
+        _ => None,
+    });
+    let keys = tracks.flat_map(|keys| [keys.first(), keys.last()]).flatten();
+    let times = frames.map(|frame| frame.time).chain(keys.map(|key| key.time));
+    times.fold([f64::INFINITY, 0.0], |[from, to], time| [time.min(from), time.max(to)])
 }

@@ -21,7 +21,7 @@ pub(super) enum Column {
     ImpactId,
 }
 
-const COLUMNS: [(&str, Column); 23] = [
+pub(super) const COLUMNS: [(&str, Column); 23] = [
     ("t", Column::Time),
     ("body_a", Column::BodyA),
     ("body_b", Column::BodyB),

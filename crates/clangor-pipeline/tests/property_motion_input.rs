@@ -269,7 +269,8 @@ fn property_a_gltf_file_with_z_up_is_told_to_be_exported_again() {
 fn property_origins_are_those_of_the_copy_that_is_named() {
     let tetrahedron = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
     let scene = SCENE.to_string()
-        + "[[body]]\nname = \"ball-1\"\nmesh = \"stone.obj\"\nmaterial = \"steel\"\nposition = [2.0, 1.0, 0.0]\n";
+        + "[[body]]\nname = \"ball-1\"\nmesh = \"stone.obj\"\nmaterial = \"steel\"\n\
+           position = [2.0, 1.0, 0.0]\n";
     let head = HEAD.replace("position", "origin");
     let poses = format!("{head}0,ball-1,2,1,0\n0.01,ball-1,2,1,0\n");
     let folder = folder(&scene, &[("stone.obj", tetrahedron), ("a.csv", &poses)]);
@@ -353,7 +354,8 @@ fn property_the_impulse_of_a_light_body_is_not_excused_by_a_heavy_one() {
 fn property_a_name_that_looks_like_a_number_is_a_name() {
     let body = |name: &str, x: u32| {
         format!(
-            "[[body]]\nname = \"{name}\"\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\nposition = [{x}.0, 1.0, 0.0]\n"
+            "[[body]]\nname = \"{name}\"\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\n\
+             position = [{x}.0, 1.0, 0.0]\n"
         )
     };
     // Numbers 0 to 4, and the plane.

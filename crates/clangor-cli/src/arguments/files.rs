@@ -59,7 +59,7 @@ pub(crate) struct RecordedMotion {
     /// Contact lists of the same motion; without any, impacts are found in the motion
     #[arg(long, value_name = "LIST")]
     pub(crate) contacts: Vec<PathBuf>,
-    /// Axis that points up in the tables of poses; glTF has y
+    /// Axis that points up in tables of poses and contact lists; glTF always has y
     #[arg(long, value_enum, default_value = "y")]
     pub(crate) up: UpAxis,
     /// The timeline folder to write

@@ -8,9 +8,9 @@
 //! | `origin_x` `_y` `_z` | `origin` | origin of the shape or mesh file instead \[m\] |
 //! | `orientation_x` `_y` `_z` `_w` | `orientation` | not turned |
 //!
-//! Columns `velocity_*` and `angular_velocity_*` may be there, as in the tables of timelines: motion is told
-//! from the poses. The rows of a body come in order of time, up to 1 ms; those of several bodies may be
-//! mixed.
+//! Columns `velocity_*` and `angular_velocity_*` may be there, as in the tables of timelines, but velocities
+//! are computed from the poses. The rows of a body come in order of time, up to 1 ms; those of several bodies
+//! may be mixed.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

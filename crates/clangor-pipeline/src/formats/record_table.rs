@@ -26,7 +26,7 @@ pub enum Cell {
     Text(String),
 }
 
-/// Most rows of a table: poses of an hour of 23 bodies at 240 Hz, which take 2 GB.
+/// Most rows of a table: poses of an hour of 23 bodies at 240 Hz, whose import takes 4 GB.
 pub const MAX_ROWS: u64 = 20_000_000;
 /// Longest line of a text \[bytes\].
 const MAX_LINE: u64 = 1 << 20;
@@ -42,7 +42,8 @@ pub(crate) trait RowSink {
     /// Whether a column that is not wanted may be there.
     fn is_ignored(&self, name: &str) -> bool;
 
-    /// Which columns the table has, in the order of [`known`](Self::known); of JSON lines, those of the first.
+    /// Which columns the table has, in the order of [`known`](Self::known); of JSON lines, those of the
+    /// first.
     fn columns(&mut self, present: &[bool]) -> Result<(), Self::Error>;
 
     /// A row: the line of a text from 1, or the row of a Parquet file from 0.
@@ -140,7 +141,7 @@ pub(crate) fn read_rows<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::
     }
 }
 
-/// Places of the columns of a file among those that are wanted, which the sink is told.
+/// Places of the columns of a file among those that are wanted. The sink learns which are there.
 fn places<S: RowSink>(path: &Path, names: &[String], sink: &mut S) -> Result<Vec<Option<usize>>, S::Error> {
     let mut present = vec![false; sink.known().len()];
     let mut places = Vec::with_capacity(names.len());
@@ -156,7 +157,7 @@ fn places<S: RowSink>(path: &Path, names: &[String], sink: &mut S) -> Result<Vec
         }
         places.push(place);
     }
-    // What is missing is told first: its name may be misspelt.
+    // A missing column is reported first: an unknown one may be its misspelt name.
     sink.columns(&present)?;
     match unknown {
         Some(column) => Err(RecordTableError::Unknown { path: path.into(), column: column.clone() }.into()),
@@ -240,7 +241,7 @@ fn csv<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
     Ok(())
 }
 
-/// Whether it is a number is told by its column: a body may be called `01`.
+/// The column decides whether a text is a number: a body may be called `01`.
 fn cell(text: String) -> Cell {
     if text.is_empty() { Cell::Empty } else { Cell::Text(text) }
 }

@@ -76,8 +76,8 @@ pub(super) fn add_nodes(
         if described.is_none() && (node.mesh.is_none() || belongs_to_other) {
             if node.mesh.is_none() && node.has_implicit_collider && !belongs_to_other {
                 notices.push(format!(
-                    "node {}: it has an implicit collider and no mesh, and is left out; give it a mesh, or a body \
-                     of the scene its name",
+                    "node {}: it has an implicit collider and no mesh, and is left out; give it a mesh, or a \
+                     body of the scene its name",
                     node.name
                 ));
             }

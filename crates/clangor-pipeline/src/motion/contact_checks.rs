@@ -2,12 +2,15 @@
 //!
 //! | found | then |
 //! |---|---|
-//! | a body against itself; bodies that separate; an impulse beyond what the bodies could give; a point farther from a surface than the smaller body is large; a time at which nothing was recorded | refused, with row and body |
+//! | a body against itself; bodies that separate | refused, with row and body |
+//! | an impulse beyond what the bodies could give | refused |
+//! | a point farther from a surface than the smaller body is large | refused |
+//! | a time before or after all that was recorded | refused |
 //! | no second body, at a plane of the scene | belongs to the plane; told |
 //! | a point off a surface by more than a tolerance | moved to the surface; told |
 //!
-//! An impulse between two bodies is at most (1 + e) m v, with e ≤ 1, their reduced mass m and their speed v. Where
-//! other bodies press on them in the same moments, it is at most that of all that moves.
+//! An impulse between two bodies is at most (1 + e) m v, with e ≤ 1, their reduced mass m and their speed v.
+//! Where other bodies press on them in the same moments, it is at most that of all that moves.
 
 use std::collections::BTreeSet;
 
@@ -60,8 +63,8 @@ pub enum ContactFault {
     },
     /// A point that is nowhere near a body.
     #[error(
-        "row {row}: the point is {distance} m off the surface of {body} at that time; the smaller body is {size} m \
-         in radius"
+        "row {row}: the point is {distance} m off the surface of {body} at that time; the smaller body is \
+         {size} m in radius"
     )]
     FarOff {
         /// Line of a text, row of a Parquet file.
@@ -75,8 +78,8 @@ pub enum ContactFault {
     },
     /// An impulse that nothing can give.
     #[error(
-        "row {row}: impulse_n on {body} is {impulse} N s; the bodies could give no more than {possible} N s at \
-         the speeds of this list, with a wide margin"
+        "row {row}: impulse_n on {body} is {impulse} N s; the bodies could give no more than \
+         {possible} N s at the speeds of this list, with a wide margin"
     )]
     TooStrong {
         /// Line of a text, row of a Parquet file.
@@ -90,8 +93,8 @@ pub enum ContactFault {
     },
     /// A contact before or after all poses.
     #[error(
-        "row {row}: t = {time} s, but the motion was recorded from {from} to {to} s; a contact list needs the \
-         clock of the motion"
+        "row {row}: t = {time} s, but the motion was recorded from {from} to {to} s; a contact list needs \
+         the clock of the motion"
     )]
     Clock {
         /// Line of a text, row of a Parquet file.
@@ -173,7 +176,8 @@ pub fn check_contacts(
     pose_of: PoseOf<'_>,
 ) -> Result<(Vec<ContactRow>, Vec<ContactNotice>), ContactFault> {
     let limits = Limits::new(world, &rows);
-    let possible: Vec<f64> = (0..rows.len()).map(|index| limits.possible(world, &rows, index)).collect();
+    let possible: Vec<f64> =
+        (0..rows.len()).map(|index| limits.largest_impulse(world, &rows, index)).collect();
     let mut on_plane = vec![0_usize; world.bodies.len()];
     let mut moved: Vec<(usize, usize, f64)> = vec![(0, 0, 0.0); world.bodies.len()];
     let mut checked = Vec::with_capacity(rows.len());
@@ -242,7 +246,7 @@ impl Limits {
     }
 
     /// Largest impulse of a row, with its margin [N s]; infinite where nothing limits it.
-    fn possible(&self, world: &World, rows: &[ListedContact], index: usize) -> f64 {
+    fn largest_impulse(&self, world: &World, rows: &[ListedContact], index: usize) -> f64 {
         let row = &rows[index].row;
         let all = if self.all > 0.0 { self.all } else { f64::INFINITY };
         if row.kind != ContactKind::Impact {

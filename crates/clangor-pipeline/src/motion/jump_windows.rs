@@ -22,7 +22,7 @@ use glam::{DMat3, DVec3};
 
 use super::kinematics::{Jump, Kinematics};
 
-/// Frames on both sides from which a steady jump is told.
+/// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
 /// Cosine between two jumps from which they are one.
 const SAME_DIRECTION: f64 = 0.9;

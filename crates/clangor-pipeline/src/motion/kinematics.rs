@@ -118,7 +118,8 @@ impl<'a> Kinematics<'a> {
         Some(self.frames.partition_point(|frame| frame.time <= time).saturating_sub(1).min(last))
     }
 
-    /// A ball that holds the body at all instants within two frames of `time`: centre and radius of the way \[m\].
+    /// A ball that holds the centre of the body at all instants within two frames of `time`: centre and
+    /// radius \[m\].
     pub(super) fn way_around(&self, time: f64) -> Option<(DVec3, f64)> {
         let index = self.interval_at(time)?;
         let near = &self.intervals[index.saturating_sub(3)..(index + 4).min(self.intervals.len())];

@@ -13,7 +13,7 @@ const UNIT_TOLERANCE: f64 = 0.01;
 const JUMP_RATIO: f64 = 10.0;
 /// Slowest frame that is taken for a jump [m/s].
 const JUMP_SPEED: f64 = 5.0;
-/// Ratio of the longest to the shortest distance of frames from which it is told.
+/// Ratio of the longest to the shortest distance of frames from which a notice is given.
 const UNEVEN: f64 = 1.5;
 /// Share of the frames in which a body must fall along z for the axes to be doubted.
 const DOUBTFUL_SHARE: f64 = 0.3;
@@ -125,8 +125,8 @@ pub enum RecordingNotice {
     ZUp,
     /// Bodies of glTF files that fall sideways.
     #[error(
-        "bodies fall along -z, not along gravity: the glTF file seems to have z up, which the format does not \
-         allow; export it with +Y up"
+        "bodies fall along -z, not along gravity: the glTF file seems to have z up, which the format does \
+         not allow; export it with +Y up"
     )]
     ZUpInGltf,
     /// A body that turns too fast for its frames.
@@ -202,8 +202,8 @@ fn speed(from: &Frame, to: &Frame) -> f64 {
     from.pose.position.distance(to.pose.position) / (to.time - from.time)
 }
 
-/// What should be known about checked frames, of which the first `from_gltf` bodies come from glTF files; `name`
-/// gives the names of the bodies, `gravity` is in m/s².
+/// What should be known about checked frames, of which the first `from_gltf` bodies come from glTF files;
+/// `name` gives the names of the bodies, `gravity` is in m/s².
 pub fn notices(
     bodies: &[RecordedBody],
     from_gltf: usize,

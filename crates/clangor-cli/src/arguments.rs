@@ -13,7 +13,9 @@ mod values;
 use clap::{Parser, Subcommand};
 
 pub(crate) use self::bake::{Bake, Bank, BankAction, Compare, Grid, Modes, Part, Representation};
-pub(crate) use self::files::{Export, ExportFormat, Import, ImportFormat, Inspect, Serve, Validate};
+pub(crate) use self::files::{
+    Export, ExportFormat, Import, ImportFormat, Inspect, RecordedMotion, Serve, UpAxis, Validate,
+};
 pub(crate) use self::global::Global;
 pub(crate) use self::models::{Device, ModelArguments, Quality, Solver};
 pub(crate) use self::plot::{Degree, Picture, Plot};

@@ -62,10 +62,11 @@ fn moments(samples: &[f64], rate: f64) -> (f64, f64) {
 fn a_contact_list_clicks_when_and_as_loud_as_it_says() {
     let folder = folder_with(BALL);
     let path = folder.path();
-    let csv = "# one impact\nt,body_a,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n\
-               0.01,ball,0,0.001,0,0,2,0,0.02,1.0\n";
+    let csv = "# one \
+     impact\nt,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n\
+               0.01,ball,world,0,0.001,0,0,2,0,0.02,1.0\n";
     let jsonl = concat!(
-        r#"{"t": 0.01, "body_a": "ball", "point": [0, 0.001, 0], "normal": [0, 1, 0], "#,
+        r#"{"t": 0.01, "body_a": "ball", "body_b": "world", "point": [0, 0.001, 0], "normal": [0, 1, 0], "#,
         r#""impulse_n": 0.02, "speed": 1.0}"#
     );
     fs::write(path.join("list.csv"), csv).unwrap();

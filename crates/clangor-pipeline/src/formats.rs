@@ -3,9 +3,12 @@
 pub mod atomic_file;
 pub mod contact_list;
 pub mod glb;
+pub mod gltf_motion;
 pub mod mesh_reader;
 pub mod modal_soundbank;
 pub mod model_cache;
+pub mod pose_table;
+pub mod record_table;
 pub mod soundbank;
 pub mod timeline_file;
 pub mod wav;

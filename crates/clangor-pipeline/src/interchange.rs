@@ -1,4 +1,6 @@
-//! Exchange with other tools: `KHR_audio_rigid_bodies`, contact lists, animated glTF.
+//! Exchange with other tools: `KHR_audio_rigid_bodies`, contact lists, recorded motion, animated glTF.
 
 pub mod audio_rigid_bodies;
 pub mod body_files;
+mod gltf_bodies;
+pub mod motion_import;

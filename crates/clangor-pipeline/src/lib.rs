@@ -3,6 +3,7 @@
 pub mod analysis;
 pub mod formats;
 pub mod interchange;
+pub mod motion;
 #[cfg(feature = "playback")]
 pub mod playback;
 pub mod plots;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 
 use super::models::{DeviceArgument, ModelArguments};
 use super::values::positive;
@@ -15,7 +15,30 @@ pub(crate) struct Import {
 
 #[derive(Subcommand)]
 pub(crate) enum ImportFormat {
-    /// A list of contacts (.jsonl or .csv) between the bodies of a scene
+    /// An animated glTF file: its nodes are bodies of the scene by their names, or bodies of their own
+    Gltf {
+        /// The scene: planes, listeners, and bodies that it describes itself
+        scene: PathBuf,
+        /// Animated .glb or .gltf files
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+        /// Tables of poses of further bodies
+        #[arg(long, value_name = "FILE")]
+        poses: Vec<PathBuf>,
+        #[command(flatten)]
+        common: RecordedMotion,
+    },
+    /// Tables of poses (.csv, .jsonl or .parquet) of the bodies of a scene
+    Poses {
+        /// The scene that describes the bodies
+        scene: PathBuf,
+        /// Tables of poses
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+        #[command(flatten)]
+        common: RecordedMotion,
+    },
+    /// A list of contacts (.jsonl, .csv or .parquet) between the bodies of a scene, which do not move
     Contacts {
         /// The scene that names the bodies
         scene: PathBuf,
@@ -28,6 +51,29 @@ pub(crate) enum ImportFormat {
         #[arg(long)]
         force: bool,
     },
+}
+
+/// What imports of motion have in common.
+#[derive(Args)]
+pub(crate) struct RecordedMotion {
+    /// Contact lists of the same motion; without any, impacts are found in the motion
+    #[arg(long, value_name = "LIST")]
+    pub(crate) contacts: Vec<PathBuf>,
+    /// Axis that points up in tables of poses and contact lists; glTF always has y
+    #[arg(long, value_enum, default_value = "y")]
+    pub(crate) up: UpAxis,
+    /// The timeline folder to write
+    #[arg(short, long, value_name = "RUN.timeline")]
+    pub(crate) output: PathBuf,
+    /// Replace an existing timeline
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum UpAxis {
+    Y,
+    Z,
 }
 
 #[derive(Args)]

@@ -1,19 +1,85 @@
 //! `clangor import`: what another tool or a person wrote becomes a timeline.
 
+use std::path::Path;
+
+use clangor_core::scene::diagnostic::Doubt;
 use clangor_pipeline::interchange::body_files::import_contacts;
+use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
+use clangor_pipeline::stages::load::load_scene;
 use serde_json::json;
 
 use super::{check_ending, load};
-use crate::arguments::{Global, Import, ImportFormat};
+use crate::arguments::{Global, Import, ImportFormat, RecordedMotion, UpAxis};
 use crate::console::Console;
+use crate::diagnostics::draw_warning;
 use crate::failure::Failure;
 
+/// Confidence below which an impact is told as doubtful.
+const DOUBTFUL: f64 = 0.5;
+
 pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Result<(), Failure> {
-    let ImportFormat::Contacts { scene, list, output, force } = &options.format;
+    match &options.format {
+        ImportFormat::Contacts { scene, list, output, force } => {
+            check_ending(output, "timeline")?;
+            let loaded = load(scene, global, &|_| (), console)?;
+            let imported = import_contacts(&loaded, list, output, *force)?;
+            imported.notices.iter().for_each(|notice| console.note(notice));
+            let contacts = imported.rows.contacts;
+            console.say(format_args!("{}: {contacts} contact rows", output.display()));
+            console.json(&json!({ "timeline": output, "contact_rows": contacts }));
+            Ok(())
+        }
+        ImportFormat::Gltf { scene, files, poses, common } => {
+            let files = MotionFiles { gltf: files.clone(), poses: poses.clone(), ..of_motion(common) };
+            motion(scene, &files, common, console)
+        }
+        ImportFormat::Poses { scene, files, common } => {
+            let files = MotionFiles { poses: files.clone(), ..of_motion(common) };
+            motion(scene, &files, common, console)
+        }
+    }
+}
+
+fn of_motion(common: &RecordedMotion) -> MotionFiles {
+    MotionFiles { contacts: common.contacts.clone(), z_up: common.up == UpAxis::Z, ..MotionFiles::default() }
+}
+
+fn motion(
+    scene: &Path,
+    files: &MotionFiles,
+    common: &RecordedMotion,
+    console: &Console,
+) -> Result<(), Failure> {
+    let RecordedMotion { output, force, .. } = common;
     check_ending(output, "timeline")?;
-    let loaded = load(scene, global, &|_| (), console)?;
-    let rows = import_contacts(&loaded, list, output, *force)?;
-    console.say(format_args!("{}: {} contact rows", output.display(), rows.contacts));
-    console.json(&json!({ "timeline": output, "contact_rows": rows.contacts }));
+    let loaded = load_scene(scene, &|_| ())?;
+    // The scene need not move anything itself.
+    let moves = |doubt: &Doubt| matches!(doubt, Doubt::NothingMoves | Doubt::NothingToHit);
+    for warning in loaded.warnings.iter().filter(|warning| !moves(&warning.doubt)) {
+        console.note(draw_warning(scene, &loaded.text, warning));
+    }
+    let imported = import_motion(&loaded, files, output, *force).map_err(Failure::new)?;
+    imported.notices.iter().for_each(|notice| console.note(notice));
+    let (moved, rows) = (imported.moved, &imported.rows);
+    console.say(format_args!(
+        "{}: {moved} moved bodies, {} poses, {} contact rows",
+        output.display(),
+        rows.poses,
+        rows.contacts
+    ));
+    let mut report = json!({
+        "timeline": output, "moved_bodies": moved, "pose_rows": rows.poses, "contact_rows": rows.contacts,
+        "notices": imported.notices,
+    });
+    if let Some(found) = &imported.found {
+        let impacts = found.confidence.len();
+        let doubtful = found.confidence.values().filter(|confidence| **confidence < DOUBTFUL).count();
+        console.say(format_args!(
+            "impacts found in the motion: {impacts}, of which {doubtful} explain less than half of the jump"
+        ));
+        report["impacts"] = json!(found.confidence.iter().map(|(id, c)| json!([id, c])).collect::<Vec<_>>());
+        report["jumps_without_contact"] = json!(found.untouched.len());
+    }
+    console.json(&report);
     Ok(())
 }

@@ -1,5 +1,5 @@
-//! Contacts that were written by hand or by a script: JSON lines (`.jsonl`) or comma-separated values
-//! (`.csv`).
+//! Contacts that were written by hand or by a program: JSON lines (`.jsonl`), comma-separated values (`.csv`)
+//! or Parquet (`.parquet`).
 //!
 //! One contact per line, columns named as in `docs/format/timeline.md`, bodies by name or by number. Only
 //! what an impact needs must be given; the rest has a default:
@@ -8,8 +8,8 @@
 //! |---|---|---|
 //! | `t` | `t` | required \[s\] |
 //! | `body_a` | `body_a` | required |
-//! | `body_b` | `body_b` | the immovable world |
-//! | `kind` | `kind` | `impact`; or `contact`, `constraint`, `fracture`, `sleep` |
+//! | `body_b` | `body_b` | the immovable `world` |
+//! | `kind` | `kind` | `impact`; or `contact`, `constraint`, `fracture`, `sleep`, or their numbers in a timeline |
 //! | `point_x` `_y` `_z` | `point` | required \[m\] |
 //! | `normal_x` `_y` `_z` | `normal` | required, from B to A; made a unit vector |
 //! | `impulse_n` | `impulse_n` | required \[N s\] |
@@ -19,11 +19,14 @@
 //! | `depth` | `depth` | 0 |
 //! | `impact_id` | `impact_id` | a number of its own for each impact, 0 for other kinds |
 //!
-//! CSV needs a header line; empty lines and lines that begin with `#` are skipped in both. Rows may come in
-//! any order and are sorted by time.
+//! Parquet has the columns of CSV. CSV needs a header line; empty lines and lines that begin with `#` are
+//! skipped in both. Rows may come in any order and are sorted by time.
 
 mod csv;
 mod jsonl;
+mod parquet;
+
+pub(crate) use csv::split as split_line;
 
 use std::fs;
 use std::io;
@@ -32,6 +35,8 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
+
+use crate::formats::record_table::RecordTableError;
 
 /// Why a contact list could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -45,7 +50,7 @@ pub enum ContactListError {
         source: io::Error,
     },
     /// The extension names neither format.
-    #[error("{path} is no contact list; name it .jsonl or .csv")]
+    #[error("{path} is no contact list; name it .jsonl, .csv or .parquet")]
     Extension {
         /// The file.
         path: PathBuf,
@@ -57,6 +62,19 @@ pub enum ContactListError {
         path: PathBuf,
         /// Where the text ends.
         at: usize,
+    },
+    /// A Parquet file cannot be read.
+    #[error(transparent)]
+    Table(#[from] RecordTableError),
+    /// A row of a Parquet file is wrong.
+    #[error("{path}, row {row}: {fault}")]
+    Row {
+        /// The file.
+        path: PathBuf,
+        /// The row, from 0.
+        row: usize,
+        /// What is wrong there.
+        fault: LineFault,
     },
     /// A line is wrong.
     #[error("{path}, line {line}: {fault}")]
@@ -147,6 +165,20 @@ pub enum LineFault {
     },
 }
 
+/// A contact of a list.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ListedContact {
+    /// Its line, or its row of a Parquet file, from 0.
+    pub line: usize,
+    /// The contact.
+    pub row: ContactRow,
+    /// Whether the list names the second body: another, or the `world`.
+    pub names_second: bool,
+}
+
+/// Name of the immovable surroundings, unless a body has it.
+const WORLD_NAME: &str = "world";
+
 /// Reads a contact list; the extension tells the format.
 ///
 /// `body` finds a body by its name; a text that is no name may be a number below `body_count`.
@@ -158,10 +190,42 @@ pub fn read_contact_list(
     body_count: usize,
     body: &dyn Fn(&str) -> Option<BodyId>,
 ) -> Result<Vec<ContactRow>, ContactListError> {
+    Ok(read_listed_contacts(path, body_count, body)?.into_iter().map(|listed| listed.row).collect())
+}
+
+/// As [`read_contact_list`], each row with its place in the list.
+///
+/// # Errors
+/// [`ContactListError`] names the line and the column.
+pub fn read_listed_contacts(
+    path: &Path,
+    body_count: usize,
+    body: &dyn Fn(&str) -> Option<BodyId>,
+) -> Result<Vec<ListedContact>, ContactListError> {
+    let entries = read_entries(path)?.and_then(|entries| {
+        entries
+            .into_iter()
+            .map(|(line, entry)| {
+                let names_second = entry.body_b.is_some();
+                let (row, is_numbered) = entry.into_row(body_count, body).map_err(|fault| (line, fault))?;
+                Ok((ListedContact { line, row, names_second }, is_numbered))
+            })
+            .collect::<Result<Vec<_>, _>>()
+    });
+    let is_table = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("parquet"));
+    let rows = entries.map_err(|(line, fault)| match is_table {
+        true => ContactListError::Row { path: path.into(), row: line, fault },
+        false => ContactListError::Line { path: path.into(), line, fault },
+    })?;
+    Ok(finish(rows))
+}
+
+fn read_entries(path: &Path) -> Result<Parsed, ContactListError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let parse = match extension.as_str() {
         "jsonl" => jsonl::parse,
         "csv" => csv::parse,
+        "parquet" => return parquet::parse(path),
         _ => return Err(ContactListError::Extension { path: path.into() }),
     };
     let bytes = fs::read(path).map_err(|source| ContactListError::Io { path: path.into(), source })?;
@@ -169,30 +233,23 @@ pub fn read_contact_list(
         .map_err(|e| ContactListError::NotText { path: path.into(), at: e.utf8_error().valid_up_to() })?;
     // Editors of one system put a mark before the text.
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(&text);
-    let entries = parse(text).and_then(|entries| {
-        entries
-            .into_iter()
-            .map(|(line, entry)| entry.into_row(body_count, body).map_err(|fault| (line, fault)))
-            .collect::<Result<Vec<_>, _>>()
-    });
-    let rows = entries.map_err(|(line, fault)| ContactListError::Line { path: path.into(), line, fault })?;
-    Ok(finish(rows))
+    Ok(parse(text))
 }
 
 /// Numbers the impacts that have no number yet, and sorts.
-fn finish(rows: Vec<(ContactRow, bool)>) -> Vec<ContactRow> {
-    let mut next = rows.iter().map(|(row, _)| row.impact_id).max().unwrap_or(0);
-    let mut rows: Vec<ContactRow> = rows
+fn finish(rows: Vec<(ListedContact, bool)>) -> Vec<ListedContact> {
+    let mut next = rows.iter().map(|(listed, _)| listed.row.impact_id).max().unwrap_or(0);
+    let mut rows: Vec<ListedContact> = rows
         .into_iter()
-        .map(|(mut row, is_numbered)| {
-            if !is_numbered && row.kind == ContactKind::Impact {
+        .map(|(mut listed, is_numbered)| {
+            if !is_numbered && listed.row.kind == ContactKind::Impact {
                 next = next.saturating_add(1);
-                row.impact_id = next;
+                listed.row.impact_id = next;
             }
-            row
+            listed
         })
         .collect();
-    rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+    rows.sort_by(|a, b| a.row.time.total_cmp(&b.row.time));
     rows
 }
 
@@ -225,18 +282,26 @@ impl Entry {
         body: &dyn Fn(&str) -> Option<BodyId>,
     ) -> Result<(ContactRow, bool), LineFault> {
         let find = |column: &'static str, text: &str| {
-            let number = || text.parse().ok().map(BodyId).filter(|id| id.index() < body_count);
+            let number = || body_of_number(text, body_count);
             body(text).or_else(number).ok_or_else(|| LineFault::Body { column, text: text.into() })
         };
         let body_a = find("body_a", self.body_a.as_deref().ok_or(LineFault::Missing { column: "body_a" })?)?;
-        let body_b = self.body_b.as_deref().map_or(Ok(BodyId::WORLD), |text| find("body_b", text))?;
+        let body_b = match self.body_b.as_deref() {
+            None => BodyId::WORLD,
+            Some(WORLD_NAME) if body(WORLD_NAME).is_none() => BodyId::WORLD,
+            Some(text) if text.parse() == Ok(BodyId::WORLD.0) => BodyId::WORLD,
+            Some(text) => find("body_b", text)?,
+        };
         let kind = match self.kind.as_deref().unwrap_or("impact") {
             "impact" => ContactKind::Impact,
             "contact" => ContactKind::Contact,
             "constraint" => ContactKind::Constraint,
             "fracture" => ContactKind::Fracture,
             "sleep" => ContactKind::Sleep,
-            other => return Err(LineFault::Kind { text: other.into() }),
+            other => {
+                let code = other.parse().ok().and_then(ContactKind::from_code);
+                code.ok_or_else(|| LineFault::Kind { text: other.into() })?
+            }
         };
         let needed = |column, value: Option<f64>| value.ok_or(LineFault::Missing { column });
         let normal = needed_vector("normal", self.normal)?;
@@ -274,6 +339,12 @@ impl Entry {
         };
         Ok((row, self.impact_id.is_some()))
     }
+}
+
+/// The body of a number as digits: `1`, but not `01` or `+1`, which may be meant as names.
+pub(crate) fn body_of_number(text: &str, body_count: usize) -> Option<BodyId> {
+    let number: u32 = text.parse().ok()?;
+    ((number as usize) < body_count && number.to_string() == text).then_some(BodyId(number))
 }
 
 fn needed_vector(column: &'static str, values: [Option<f64>; 3]) -> Result<DVec3, LineFault> {

@@ -3,19 +3,18 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use clangor_core::body::BodyId;
+use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::TimelineSink;
 
-use crate::formats::contact_list::{ContactListError, read_contact_list};
+use crate::formats::contact_list::{ContactListError, read_listed_contacts};
 use crate::formats::glb::{GlbError, GlbSummary, write_glb};
 use crate::formats::timeline_file::{
     Origin, TimelineError, TimelineHeader, TimelineReader, TimelineSummary, TimelineWriter,
 };
+use crate::motion::contact_checks::{ContactFault, check_contacts, time_outside};
+use crate::motion::recording::MAX_TIME;
 use crate::stages::load::LoadedScene;
 use crate::stages::simulate::{SimulateError, simulate_to_folder};
-
-/// Latest contact of a list, as the longest duration of a scene \[s\].
-const MAX_TIME: f64 = 3600.0;
 
 /// Why a file could not be exchanged.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +29,14 @@ pub enum InterchangeError {
         path: PathBuf,
         /// The time \[s\].
         time: f64,
+    },
+    /// A contact is impossible.
+    #[error("{path}, {fault}")]
+    Contact {
+        /// The list.
+        path: PathBuf,
+        /// What is wrong.
+        fault: ContactFault,
     },
     /// The timeline cannot be written or read.
     #[error(transparent)]
@@ -60,9 +67,19 @@ impl InterchangeError {
     }
 }
 
+/// What was made of a contact list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportedContacts {
+    /// Rows of the timeline.
+    pub rows: TimelineSummary,
+    /// What should be known.
+    pub notices: Vec<String>,
+}
+
 /// Turns a contact list between the bodies of a scene into a timeline folder.
 ///
-/// Bodies stand where the scene starts them: a list has no poses.
+/// Bodies stand where the scene starts them: a list has no poses. Points on bodies that move freely are
+/// therefore not checked.
 ///
 /// # Errors
 /// [`InterchangeError`]; no folder is left then.
@@ -71,13 +88,20 @@ pub fn import_contacts(
     list: &Path,
     output: &Path,
     replace: bool,
-) -> Result<TimelineSummary, InterchangeError> {
+) -> Result<ImportedContacts, InterchangeError> {
     let bodies = &loaded.world.bodies;
     let named = |name: &str| bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
-    let rows = read_contact_list(list, bodies.len(), &named)?;
-    if let Some(row) = rows.iter().find(|r| !(0.0..=MAX_TIME).contains(&r.time)) {
-        return Err(InterchangeError::Time { path: list.into(), time: row.time });
+    let rows = read_listed_contacts(list, bodies.len(), &named)?;
+    if let Some(time) = time_outside(&rows) {
+        return Err(InterchangeError::Time { path: list.into(), time });
     }
+    let pose_of = |id: BodyId, time: f64| match &bodies[id.index()].motion {
+        Motion::Free => None,
+        Motion::Fixed => Some(bodies[id.index()].pose),
+        Motion::Keyframed(track) => Some(track.sample(time).0),
+    };
+    let (rows, notices) = check_contacts(&loaded.world, rows, &pose_of)
+        .map_err(|fault| InterchangeError::Contact { path: list.into(), fault })?;
     let simulation = &loaded.scene.simulation;
     let header = TimelineHeader {
         world: loaded.world.clone(),
@@ -99,7 +123,8 @@ pub fn import_contacts(
     for row in &rows {
         writer.contact(row).map_err(|source| InterchangeError::Row { path: output.into(), source })?;
     }
-    Ok(writer.finish()?)
+    let notices = notices.iter().map(ToString::to_string).collect();
+    Ok(ImportedContacts { rows: writer.finish()?, notices })
 }
 
 /// Simulates a scene and writes its motion, `rate` pictures per second.

@@ -5,7 +5,7 @@ use super::{Entry, LineFault, Parsed};
 
 /// Where a value of a column goes.
 #[derive(Clone, Copy, PartialEq)]
-enum Column {
+pub(super) enum Column {
     Time,
     BodyA,
     BodyB,
@@ -21,7 +21,7 @@ enum Column {
     ImpactId,
 }
 
-const COLUMNS: [(&str, Column); 23] = [
+pub(super) const COLUMNS: [(&str, Column); 23] = [
     ("t", Column::Time),
     ("body_a", Column::BodyA),
     ("body_b", Column::BodyB),
@@ -66,7 +66,7 @@ pub(super) fn parse(text: &str) -> Parsed {
     Ok(entries)
 }
 
-fn parse_header(names: &[String]) -> Result<Vec<(&'static str, Column)>, LineFault> {
+pub(super) fn parse_header(names: &[String]) -> Result<Vec<(&'static str, Column)>, LineFault> {
     let mut columns: Vec<(&'static str, Column)> = Vec::new();
     for name in names {
         let known = COLUMNS.iter().find(|(known, _)| known == name);
@@ -79,7 +79,7 @@ fn parse_header(names: &[String]) -> Result<Vec<(&'static str, Column)>, LineFau
     Ok(columns)
 }
 
-fn parse_entry(columns: &[(&'static str, Column)], values: &[String]) -> Result<Entry, LineFault> {
+pub(super) fn parse_entry(columns: &[(&'static str, Column)], values: &[String]) -> Result<Entry, LineFault> {
     if values.len() != columns.len() {
         return Err(LineFault::Width { values: values.len(), columns: columns.len() });
     }
@@ -111,7 +111,7 @@ fn parse_entry(columns: &[(&'static str, Column)], values: &[String]) -> Result<
 }
 
 /// The values of a line, spaces around them removed.
-fn split(line: &str) -> Result<Vec<String>, LineFault> {
+pub(crate) fn split(line: &str) -> Result<Vec<String>, LineFault> {
     let syntax = |at: usize, reason: &str| LineFault::Syntax { column: at + 1, reason: reason.into() };
     let mut values = Vec::new();
     let mut rest = line;

@@ -13,6 +13,8 @@ const CHUNK_JSON: &[u8; 4] = b"JSON";
 const CHUNK_BINARY: &[u8; 4] = b"BIN\0";
 /// Numbers that the format gives to the types of components and to triangle lists.
 pub(crate) const BYTE: u32 = 5121;
+pub(crate) const SIGNED_BYTE: u32 = 5120;
+pub(crate) const SIGNED_SHORT: u32 = 5122;
 pub(crate) const SHORT: u32 = 5123;
 pub(crate) const INT: u32 = 5125;
 pub(crate) const FLOAT: u32 = 5126;
@@ -31,6 +33,39 @@ pub(crate) struct Document {
     pub(crate) buffers: Vec<Buffer>,
     pub(crate) extensions_used: Vec<String>,
     pub(crate) extensions: Extensions,
+    pub(crate) materials: Vec<Named>,
+    pub(crate) animations: Vec<Animation>,
+}
+
+/// Something of which only the name is used.
+#[derive(Deserialize)]
+pub(crate) struct Named {
+    pub(crate) name: Option<String>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Animation {
+    pub(crate) channels: Vec<Channel>,
+    pub(crate) samplers: Vec<Sampler>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Channel {
+    pub(crate) sampler: usize,
+    pub(crate) target: Target,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Target {
+    pub(crate) node: Option<usize>,
+    pub(crate) path: String,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Sampler {
+    pub(crate) input: usize,
+    pub(crate) output: usize,
+    pub(crate) interpolation: Option<String>,
 }
 
 /// What extensions add, as far as anything is made of it; what is wrong in it is no fault of the mesh.
@@ -61,6 +96,7 @@ pub(crate) struct Node {
     pub(crate) translation: Option<[f64; 3]>,
     pub(crate) rotation: Option<[f64; 4]>,
     pub(crate) scale: Option<[f64; 3]>,
+    pub(crate) skin: Option<usize>,
 }
 
 #[derive(Deserialize)]
@@ -73,6 +109,9 @@ pub(crate) struct Primitive {
     pub(crate) attributes: Attributes,
     pub(crate) indices: Option<usize>,
     pub(crate) mode: Option<u32>,
+    pub(crate) material: Option<usize>,
+    #[serde(default)]
+    pub(crate) extensions: std::collections::BTreeMap<String, serde::de::IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -89,6 +128,8 @@ pub(crate) struct Accessor {
     pub(crate) byte_offset: usize,
     pub(crate) component_type: u32,
     pub(crate) count: usize,
+    #[serde(default)]
+    pub(crate) normalized: bool,
     #[serde(rename = "type")]
     pub(crate) shape: String,
     pub(crate) sparse: Option<serde::de::IgnoredAny>,
@@ -142,7 +183,7 @@ impl GltfFile {
         }
         let view = accessor.buffer_view.and_then(|v| self.document.buffer_views.get(v));
         let view = view.ok_or(syntax("an accessor has no buffer view; export without compression"))?;
-        let size = component_size(accessor.component_type) * if accessor.shape == "VEC3" { 3 } else { 1 };
+        let size = component_size(accessor.component_type) * components(&accessor.shape);
         let stride = view.byte_stride.unwrap_or(size);
         let count = accessor.count;
         if stride < size {
@@ -171,6 +212,35 @@ impl GltfFile {
         let number = |record: &[u8], k: usize| {
             let bytes = record.get(4 * k..).and_then(|b| b.first_chunk());
             bytes.map_or(f64::NAN, |b| f64::from(f32::from_le_bytes(*b)))
+        };
+        Ok(self.records(accessor)?.map(move |record| std::array::from_fn(|k| number(record, k))))
+    }
+
+    /// The numbers of a vector of floats, or of integers that stand for −1 to 1 or 0 to 1.
+    pub(crate) fn numbers<const N: usize>(
+        &self,
+        accessor: &Accessor,
+    ) -> Result<impl Iterator<Item = [f64; N]>, MeshFault> {
+        let kind = accessor.component_type;
+        let is_known =
+            kind == FLOAT || accessor.normalized && [SIGNED_BYTE, BYTE, SIGNED_SHORT, SHORT].contains(&kind);
+        if !is_known || components(&accessor.shape) != N {
+            return Err(MeshFault::Syntax {
+                reason: "an animation needs 32-bit floats or normalized integers, three of a translation \
+                 or scale and four of a rotation",
+            });
+        }
+        let size = component_size(kind);
+        let number = move |record: &[u8], k: usize| {
+            let bytes = record.get(size * k..).unwrap_or_default();
+            match (kind, bytes) {
+                (FLOAT, [a, b, c, d, ..]) => f64::from(f32::from_le_bytes([*a, *b, *c, *d])),
+                (SIGNED_BYTE, [a, ..]) => (f64::from(a.cast_signed()) / 127.0).max(-1.0),
+                (BYTE, [a, ..]) => f64::from(*a) / 255.0,
+                (SIGNED_SHORT, [a, b, ..]) => (f64::from(i16::from_le_bytes([*a, *b])) / 32767.0).max(-1.0),
+                (SHORT, [a, b, ..]) => f64::from(u16::from_le_bytes([*a, *b])) / 65535.0,
+                _ => f64::NAN,
+            }
         };
         Ok(self.records(accessor)?.map(move |record| std::array::from_fn(|k| number(record, k))))
     }
@@ -282,10 +352,20 @@ fn percent_decoded(uri: &str) -> String {
     String::from_utf8_lossy(&out).into_owned()
 }
 
+/// Numbers of an element; those of a matrix are never read.
+fn components(shape: &str) -> usize {
+    match shape {
+        "VEC2" => 2,
+        "VEC3" => 3,
+        "VEC4" => 4,
+        _ => 1,
+    }
+}
+
 fn component_size(kind: u32) -> usize {
     match kind {
-        BYTE => 1,
-        SHORT => 2,
+        BYTE | SIGNED_BYTE => 1,
+        SHORT | SIGNED_SHORT => 2,
         _ => 4,
     }
 }

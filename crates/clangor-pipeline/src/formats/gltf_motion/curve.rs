@@ -1,0 +1,156 @@
+//! Animation curves of a node: translation, rotation and scale over time, as the format defines them.
+
+use glam::{DQuat, DVec3, DVec4};
+
+use super::NodeFault;
+use super::key_times::KeyFrames;
+use crate::formats::mesh_reader::MeshFault;
+use crate::formats::mesh_reader::gltf::document::{Accessor, Animation, Channel, GltfFile};
+use crate::motion::recording::MAX_TIME;
+
+/// How values lie between keys.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Interpolation {
+    Step,
+    Linear,
+    Cubic,
+}
+
+/// A property over time; of cubic curves each key has its in-tangent, value and out-tangent.
+#[derive(Clone, Debug)]
+pub(super) struct Curve {
+    pub(super) times: Vec<f64>,
+    pub(super) interpolation: Interpolation,
+    values: Vec<DVec4>,
+    is_rotation: bool,
+}
+
+/// The curves of a node.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Curves {
+    pub(super) translation: Option<Curve>,
+    pub(super) rotation: Option<Curve>,
+    pub(super) scale: Option<Curve>,
+}
+
+impl Curves {
+    /// Those of a node in all animations of the file, whose keys lie on `frames`.
+    pub(super) fn of_node(
+        file: &GltfFile,
+        frames: Option<&KeyFrames>,
+        node: usize,
+    ) -> Result<Self, NodeFault> {
+        let mut curves = Curves::default();
+        for animation in &file.document.animations {
+            for channel in animation.channels.iter().filter(|channel| channel.target.node == Some(node)) {
+                let (path, place) = match channel.target.path.as_str() {
+                    "translation" => ("translation", &mut curves.translation),
+                    "rotation" => ("rotation", &mut curves.rotation),
+                    "scale" => ("scale", &mut curves.scale),
+                    _ => continue,
+                };
+                if place.is_some() {
+                    return Err(NodeFault::TwoAnimations { path });
+                }
+                *place = Some(read(file, animation, channel, path, frames)?);
+            }
+        }
+        Ok(curves)
+    }
+
+    pub(super) fn is_animated(&self) -> bool {
+        [&self.translation, &self.rotation, &self.scale].into_iter().any(Option::is_some)
+    }
+}
+
+fn read(
+    file: &GltfFile,
+    animation: &Animation,
+    channel: &Channel,
+    path: &'static str,
+    frames: Option<&KeyFrames>,
+) -> Result<Curve, NodeFault> {
+    let fault = |reason: String| NodeFault::Curve { path, reason };
+    let sampler = animation.samplers.get(channel.sampler);
+    let sampler = sampler.ok_or_else(|| fault("its sampler does not exist".into()))?;
+    let interpolation = match sampler.interpolation.as_deref() {
+        None | Some("LINEAR") => Interpolation::Linear,
+        Some("STEP") => Interpolation::Step,
+        Some("CUBICSPLINE") => Interpolation::Cubic,
+        Some(other) => return Err(fault(format!("{other} is no interpolation"))),
+    };
+    let accessor = |index: usize| {
+        file.document.accessors.get(index).ok_or_else(|| fault("an accessor does not exist".into()))
+    };
+    let refused = |error: MeshFault| fault(error.to_string());
+    let times: Vec<f64> =
+        file.numbers::<1>(accessor(sampler.input)?).map_err(refused)?.map(|[time]| time).collect();
+    let output = accessor(sampler.output)?;
+    let is_rotation = path == "rotation";
+    let values = if is_rotation { vectors::<4>(file, output) } else { vectors::<3>(file, output) };
+    let values = values.map_err(refused)?;
+    let per_key = if interpolation == Interpolation::Cubic { 3 } else { 1 };
+    if times.is_empty() || values.len() != per_key * times.len() {
+        return Err(fault(format!("it has {} times, but {} values", times.len(), values.len())));
+    }
+    if let Some(key) = values.iter().position(|value| !value.is_finite()) {
+        return Err(fault(format!("key {} is not finite", key / per_key)));
+    }
+    if let Some(key) = times.windows(2).position(|w| w[0] >= w[1] || !w[0].is_finite() || !w[1].is_finite()) {
+        return Err(fault(format!("its times do not rise at key {}", key + 1)));
+    }
+    if let Some(key) = times.iter().position(|time| !(0.0..=MAX_TIME).contains(time)) {
+        let time = times[key];
+        return Err(fault(format!("key {key} is at t = {time} s; times run from 0 to {MAX_TIME} s")));
+    }
+    let times = frames.map_or_else(|| times.clone(), |frames| frames.exact(&times));
+    Ok(Curve { times, interpolation, values, is_rotation })
+}
+
+fn vectors<const N: usize>(file: &GltfFile, accessor: &Accessor) -> Result<Vec<DVec4>, MeshFault> {
+    let vector =
+        |value: [f64; N]| DVec4::from_array(std::array::from_fn(|k| value.get(k).copied().unwrap_or(0.0)));
+    Ok(file.numbers::<N>(accessor)?.map(vector).collect())
+}
+
+impl Curve {
+    /// Value at a time \[s\]; constant outside.
+    pub(super) fn at(&self, time: f64) -> DVec4 {
+        let next = self.times.partition_point(|key| *key <= time);
+        let last = self.times.len() - 1;
+        if next == 0 || next > last || self.interpolation == Interpolation::Step {
+            return self.value(next.saturating_sub(1));
+        }
+        let (from, to) = (next - 1, next);
+        let span = self.times[to] - self.times[from];
+        let s = (time - self.times[from]) / span;
+        let (a, b) = (self.value(from), self.value(to));
+        match self.interpolation {
+            Interpolation::Linear if self.is_rotation => {
+                let [a, b] = [a, b].map(|q| DQuat::from_vec4(q).normalize());
+                DVec4::from(a.slerp(b, s))
+            }
+            Interpolation::Cubic => {
+                let (s2, s3) = (s * s, s * s * s);
+                let (out, into) = (self.values[3 * from + 2] * span, self.values[3 * to] * span);
+                a * (2.0 * s3 - 3.0 * s2 + 1.0)
+                    + out * (s3 - 2.0 * s2 + s)
+                    + b * (3.0 * s2 - 2.0 * s3)
+                    + into * (s3 - s2)
+            }
+            _ => a.lerp(b, s),
+        }
+    }
+
+    fn value(&self, key: usize) -> DVec4 {
+        if self.interpolation == Interpolation::Cubic { self.values[3 * key + 1] } else { self.values[key] }
+    }
+
+    pub(super) fn vector_at(&self, time: f64) -> DVec3 {
+        self.at(time).truncate()
+    }
+
+    pub(super) fn rotation_at(&self, time: f64) -> DQuat {
+        DQuat::from_vec4(self.at(time)).normalize()
+    }
+}

@@ -1,0 +1,208 @@
+//! Frames of a node in the world, through its parents, and the span in which it is shown.
+//!
+//! Frames are the keys of the finest curve that moves the node, and outside its span those of the next finer
+//! one: a key in between would be a point on the chord of the true path and seem an impact. Distances of keys
+//! within a smooth curve are divided.
+
+use clangor_core::pose::Pose;
+use glam::{DMat4, DQuat, DVec3};
+
+use super::NodeFault;
+use super::curve::{Curve, Curves, Interpolation};
+use crate::formats::mesh_reader::gltf::Placed;
+use crate::formats::mesh_reader::gltf::document::{GltfFile, Node};
+use crate::motion::recording::Frame;
+
+/// Frames per second of a smooth curve, at least \[Hz\].
+const SMOOTH_RATE: f64 = 240.0;
+/// Scales that count as equal, and as zero.
+const SAME_SCALE: f64 = 1e-3;
+
+/// How a node moves.
+pub(super) struct NodeMotion {
+    pub(super) frames: Vec<Frame>,
+    pub(super) start: Pose,
+    pub(super) birth: f64,
+    pub(super) death: f64,
+    /// Factor on the coordinates of its mesh.
+    pub(super) scale: DVec3,
+    pub(super) is_animated: bool,
+}
+
+/// Rotation, translation and one scale.
+#[derive(Clone, Copy)]
+struct Similarity {
+    scale: f64,
+    pose: Pose,
+}
+
+/// Translation, rotation and scale of a node without its curves.
+struct Rest {
+    translation: DVec3,
+    rotation: DQuat,
+    scale: DVec3,
+}
+
+impl Rest {
+    fn of(node: &Node) -> Self {
+        if let Some(matrix) = node.matrix {
+            let matrix = DMat4::from_cols_array(&matrix);
+            let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
+            return Rest { translation, rotation, scale };
+        }
+        Rest {
+            translation: node.translation.map_or(DVec3::ZERO, DVec3::from_array),
+            rotation: node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q).normalize()),
+            scale: node.scale.map_or(DVec3::ONE, DVec3::from_array),
+        }
+    }
+}
+
+/// A node of the chain: its curves, what they replace, and whether it is the last.
+struct Chain<'a> {
+    links: Vec<(Rest, &'a Curves)>,
+    /// Scale of the node itself while it is shown, which need not be the same along all axes.
+    own: DVec3,
+}
+
+impl NodeMotion {
+    /// The motion of the first node of a chain that goes up to the root.
+    pub(super) fn of_chain(
+        file: &GltfFile,
+        placed: &[Placed],
+        curves: &[Curves],
+        chain: &[usize],
+    ) -> Result<Self, NodeFault> {
+        let rest = |place: &usize| Rest::of(&file.document.nodes[placed[*place].node]);
+        let links: Vec<(Rest, &Curves)> = chain.iter().map(|place| (rest(place), &curves[*place])).collect();
+        let is_animated = links.iter().any(|(_, curves)| curves.is_animated());
+        let times = clock(&links);
+        let switches = switches(&links);
+        let instants = || times.iter().chain(&switches).copied();
+        let own_scale = |time: f64| scale_of(&links[0], time);
+        let shown = |scale: &DVec3| scale.abs().max_element() > SAME_SCALE;
+        let own = instants().map(own_scale).find(shown).unwrap_or(DVec3::ONE);
+        let chain = Chain { links, own };
+        // Scale of all above, while shown.
+        let mut first: Option<f64> = None;
+        let (mut birth, mut death) = (None, f64::INFINITY);
+        let mut order: Vec<f64> = instants().collect();
+        order.sort_by(f64::total_cmp);
+        order.dedup();
+        for &time in &order {
+            let scale = chain.visible_scale(time)?;
+            if scale <= SAME_SCALE {
+                if birth.is_some() && death.is_infinite() {
+                    death = time;
+                }
+                continue;
+            }
+            let whole = *first.get_or_insert(scale);
+            if (scale / whole - 1.0).abs() > SAME_SCALE {
+                return Err(NodeFault::ScaleOverTime { time, scale: scale / whole });
+            }
+            if death.is_finite() {
+                return Err(NodeFault::ShownAgain { time });
+            }
+            birth.get_or_insert(time);
+        }
+        // What is shown from its first key on has always been there.
+        let begins = order.first().copied().unwrap_or(0.0);
+        let birth = birth.map_or(f64::INFINITY, |birth| if birth <= begins { 0.0 } else { birth });
+        let alive = |time: &f64| (birth..=death).contains(time);
+        let frame = |(row, time): (usize, f64)| Frame { time, pose: chain.at(time).pose, row: row as u64 };
+        let frames = times.iter().copied().enumerate().filter(|(_, time)| alive(time)).map(frame).collect();
+        let start = chain.at(if birth.is_finite() { birth } else { begins }).pose;
+        // With its signs: a mirrored node has a mirrored mesh.
+        let scale = chain.own * first.unwrap_or(1.0);
+        Ok(NodeMotion { frames, start, birth, death, scale, is_animated })
+    }
+}
+
+impl Chain<'_> {
+    /// Uniform scale of the world over that of the own mesh: 0 where hidden, else that of all above.
+    fn visible_scale(&self, time: f64) -> Result<f64, NodeFault> {
+        let own = scale_of(&self.links[0], time) / self.own;
+        let mut scale = uniform(own)?;
+        for link in &self.links[1..] {
+            scale *= uniform(scale_of(link, time))?;
+        }
+        Ok(scale.abs())
+    }
+
+    fn at(&self, time: f64) -> Similarity {
+        let mut whole = Similarity { scale: 1.0, pose: Pose::IDENTITY };
+        for link in self.links.iter().rev() {
+            let (rest, curves) = link;
+            let translation = curves.translation.as_ref().map_or(rest.translation, |c| c.vector_at(time));
+            let rotation = curves.rotation.as_ref().map_or(rest.rotation, |c| c.rotation_at(time));
+            let position = whole.pose.world_from_body(translation * whole.scale);
+            let orientation = (whole.pose.orientation * rotation).normalize();
+            whole.pose = Pose { position, orientation };
+            // Parents are uniform, which has been checked.
+            whole.scale *= scale_of(link, time).x;
+        }
+        whole
+    }
+}
+
+fn scale_of((rest, curves): &(Rest, &Curves), time: f64) -> DVec3 {
+    curves.scale.as_ref().map_or(rest.scale, |curve| curve.vector_at(time))
+}
+
+fn uniform(scale: DVec3) -> Result<f64, NodeFault> {
+    let DVec3 { x, y, z } = scale;
+    let largest = scale.abs().max_element();
+    if (x - y).abs().max((x - z).abs()) > SAME_SCALE * largest.max(SAME_SCALE) || x < 0.0 {
+        return Err(NodeFault::UnevenScale { x, y, z });
+    }
+    Ok(x)
+}
+
+/// Times of the frames: the keys of the finest curve, and of the next finer ones where those before have
+/// none; finer where a curve is smooth; 0 without curves.
+fn clock(links: &[(Rest, &Curves)]) -> Vec<f64> {
+    let moving = links.iter().flat_map(|(_, curves)| [&curves.translation, &curves.rotation]).flatten();
+    let mut moving: Vec<&Curve> = moving.collect();
+    if moving.is_empty() {
+        return vec![0.0];
+    }
+    moving.sort_by(|a, b| mean_spacing(a).total_cmp(&mean_spacing(b)));
+    let mut times: Vec<f64> = Vec::new();
+    for curve in &moving {
+        let (first, last) = (times.first().copied(), times.last().copied());
+        let is_outside =
+            |key: &f64| first.is_none_or(|first| *key < first) || last.is_none_or(|last| *key > last);
+        times.extend(curve.times.iter().copied().filter(is_outside));
+        times.sort_by(f64::total_cmp);
+    }
+    let smooth: Vec<[f64; 2]> = moving
+        .iter()
+        .filter(|curve| curve.interpolation == Interpolation::Cubic)
+        .filter_map(|curve| Some([*curve.times.first()?, *curve.times.last()?]))
+        .collect();
+    let mut finer = Vec::with_capacity(times.len());
+    for pair in times.windows(2) {
+        let (from, span) = (pair[0], pair[1] - pair[0]);
+        let is_smooth = smooth.iter().any(|[first, last]| *first < pair[1] && from < *last);
+        // Without the last digit, by which a span of ten frames would have eleven.
+        let parts = if is_smooth { (span * SMOOTH_RATE - 1e-6).ceil().max(1.0) } else { 1.0 };
+        finer.extend((0..parts as u32).map(|k| from + span * f64::from(k) / parts));
+    }
+    finer.extend(times.last());
+    finer
+}
+
+/// Mean distance of the keys \[s\]; infinite with one key.
+fn mean_spacing(curve: &Curve) -> f64 {
+    match curve.times.as_slice() {
+        [first, .., last] => (last - first) / (curve.times.len() - 1) as f64,
+        _ => f64::INFINITY,
+    }
+}
+
+/// Times at which a scale may show or hide the node.
+fn switches(links: &[(Rest, &Curves)]) -> Vec<f64> {
+    let scales = links.iter().filter_map(|(_, curves)| curves.scale.as_ref());
+    scales.flat_map(|curve: &Curve| curve.times.iter().copied()).collect()
+}

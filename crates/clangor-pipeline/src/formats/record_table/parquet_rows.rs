@@ -1,0 +1,230 @@
+//! Rows of a Parquet file of any flat schema, a batch at a time.
+
+use std::fs::File;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use parquet::basic::{ConvertedType, LogicalType};
+use parquet::column::reader::ColumnReader;
+use parquet::data_type::ByteArray;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::schema::types::ColumnDescriptor;
+
+use super::{Cell, MAX_ROWS, RecordTableError, RowSink, places};
+
+/// Rows that are decoded at once.
+const BATCH: usize = 8192;
+
+pub(super) fn read<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
+    let file = File::open(path).map_err(|source| RecordTableError::Io { path: path.into(), source })?;
+    let file = guarded(path, || SerializedFileReader::new(file))?;
+    let metadata = file.metadata();
+    let rows = (0..file.num_row_groups()).map(|group| metadata.row_group(group).num_rows());
+    let rows = rows.fold(0_u64, |sum, rows| sum.saturating_add(u64::try_from(rows).unwrap_or(u64::MAX)));
+    if rows > MAX_ROWS {
+        return Err(RecordTableError::TooManyRows { path: path.into() }.into());
+    }
+    let schema = metadata.file_metadata().schema_descr();
+    let names: Vec<String> =
+        schema.root_schema().get_fields().iter().map(|field| field.name().to_string()).collect();
+    let places = places(path, &names, sink)?;
+    // Places of the known columns among the leaves of the schema, and among the cells.
+    let mut leaves = Vec::new();
+    for (name, place) in names.iter().zip(places) {
+        let Some(place) = place else { continue };
+        let is_leaf =
+            |column: &ColumnDescriptor| column.path().string() == *name && column.max_rep_level() == 0;
+        let leaf = (0..schema.num_columns()).find(|leaf| is_leaf(&schema.column(*leaf)));
+        let leaf = leaf.filter(|leaf| is_plain(&schema.column(*leaf)));
+        let leaf =
+            leaf.ok_or_else(|| RecordTableError::ColumnType { path: path.into(), column: name.clone() })?;
+        leaves.push((leaf, place));
+    }
+    let mut cells = vec![Cell::Empty; sink.known().len()];
+    let mut row = 0;
+    for group in 0..file.num_row_groups() {
+        let mut columns = guarded(path, || {
+            let group = file.get_row_group(group)?;
+            let batch = |(leaf, place): &(usize, usize)| {
+                Ok(Batch::new(&schema.column(*leaf), group.get_column_reader(*leaf)?, *place))
+            };
+            leaves.iter().map(batch).collect::<Result<Vec<Batch>, ParquetError>>()
+        })?;
+        let mut left = usize::try_from(metadata.row_group(group).num_rows()).unwrap_or(0);
+        while left > 0 {
+            let count = left.min(BATCH);
+            guarded(path, || columns.iter_mut().try_for_each(|column| column.fill(count)))?;
+            for index in 0..count {
+                columns.iter_mut().for_each(|column| column.take(index, &mut cells));
+                sink.row(row, &cells)?;
+                row += 1;
+            }
+            left -= count;
+        }
+    }
+    Ok(())
+}
+
+/// Decodes. The decoder has assertions that damaged files can break; what it was reading is not used again.
+fn guarded<T>(path: &Path, decode: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, RecordTableError> {
+    let damaged = |reason: String| RecordTableError::Parquet { path: path.into(), reason };
+    match catch_unwind(AssertUnwindSafe(decode)) {
+        Ok(decoded) => decoded.map_err(|error| damaged(error.to_string())),
+        Err(_) => Err(damaged("its structure contradicts itself".into())),
+    }
+}
+
+/// Whether a column has numbers or texts, and no dates or decimals.
+fn is_plain(column: &ColumnDescriptor) -> bool {
+    use LogicalType as Logical;
+    let is_known = |logical: &LogicalType| {
+        matches!(
+            logical,
+            Logical::Integer { .. } | Logical::String | Logical::Enum | Logical::Float16 | Logical::Unknown
+        )
+    };
+    let converted = column.converted_type();
+    let is_dated = matches!(
+        converted,
+        ConvertedType::DATE
+            | ConvertedType::DECIMAL
+            | ConvertedType::TIME_MILLIS
+            | ConvertedType::TIME_MICROS
+            | ConvertedType::TIMESTAMP_MILLIS
+            | ConvertedType::TIMESTAMP_MICROS
+            | ConvertedType::INTERVAL
+    );
+    column.logical_type_ref().map_or(!is_dated, is_known)
+}
+
+/// A column with the values of one batch, those that are null left out.
+struct Batch {
+    reader: ColumnReader,
+    /// Among the cells.
+    place: usize,
+    /// Level of a value that is there.
+    present: i16,
+    is_unsigned: bool,
+    is_half: bool,
+    levels: Vec<i16>,
+    numbers: Vec<f64>,
+    texts: Vec<ByteArray>,
+    next: usize,
+}
+
+impl Batch {
+    fn new(column: &ColumnDescriptor, reader: ColumnReader, place: usize) -> Self {
+        let unsigned =
+            [ConvertedType::UINT_8, ConvertedType::UINT_16, ConvertedType::UINT_32, ConvertedType::UINT_64];
+        Batch {
+            reader,
+            place,
+            present: column.max_def_level(),
+            is_unsigned: unsigned.contains(&column.converted_type()),
+            is_half: column.logical_type_ref() == Some(&LogicalType::Float16),
+            levels: Vec::new(),
+            numbers: Vec::new(),
+            texts: Vec::new(),
+            next: 0,
+        }
+    }
+
+    /// Reads the next `rows` values.
+    fn fill(&mut self, rows: usize) -> Result<(), ParquetError> {
+        self.levels.clear();
+        self.numbers.clear();
+        self.texts.clear();
+        self.next = 0;
+        let levels = Some(&mut self.levels);
+        let records = match &mut self.reader {
+            ColumnReader::BoolColumnReader(reader) => {
+                let mut values = Vec::new();
+                let (records, ..) = reader.read_records(rows, levels, None, &mut values)?;
+                self.texts
+                    .extend(values.into_iter().map(|value| ByteArray::from(value.to_string().as_str())));
+                records
+            }
+            ColumnReader::Int32ColumnReader(reader) => {
+                let mut values = Vec::new();
+                let (records, ..) = reader.read_records(rows, levels, None, &mut values)?;
+                let is_unsigned = self.is_unsigned;
+                let number = |n: i32| if is_unsigned { f64::from(n.cast_unsigned()) } else { f64::from(n) };
+                self.numbers.extend(values.into_iter().map(number));
+                records
+            }
+            ColumnReader::Int64ColumnReader(reader) => {
+                let mut values = Vec::new();
+                let (records, ..) = reader.read_records(rows, levels, None, &mut values)?;
+                let is_unsigned = self.is_unsigned;
+                let number = |n: i64| if is_unsigned { n.cast_unsigned() as f64 } else { n as f64 };
+                self.numbers.extend(values.into_iter().map(number));
+                records
+            }
+            ColumnReader::FloatColumnReader(reader) => {
+                let mut values = Vec::new();
+                let (records, ..) = reader.read_records(rows, levels, None, &mut values)?;
+                self.numbers.extend(values.into_iter().map(f64::from));
+                records
+            }
+            ColumnReader::DoubleColumnReader(reader) => {
+                reader.read_records(rows, levels, None, &mut self.numbers)?.0
+            }
+            ColumnReader::ByteArrayColumnReader(reader) => {
+                reader.read_records(rows, levels, None, &mut self.texts)?.0
+            }
+            ColumnReader::FixedLenByteArrayColumnReader(reader) => {
+                let mut values = Vec::new();
+                let (records, ..) = reader.read_records(rows, levels, None, &mut values)?;
+                if self.is_half {
+                    self.numbers.extend(values.iter().map(|value| half(value.data())));
+                } else {
+                    self.texts.extend(values.into_iter().map(ByteArray::from));
+                }
+                records
+            }
+            ColumnReader::Int96ColumnReader(_) => {
+                return Err(ParquetError::General("a column has a date".into()));
+            }
+        };
+        if records == rows {
+            Ok(())
+        } else {
+            Err(ParquetError::General("a column is shorter than others".into()))
+        }
+    }
+
+    /// Puts the value of a row into its cell; rows come in order.
+    fn take(&mut self, index: usize, cells: &mut [Cell]) {
+        let cell = &mut cells[self.place];
+        if self.present > 0 && self.levels.get(index) != Some(&self.present) {
+            *cell = Cell::Empty;
+            return;
+        }
+        if let Some(number) = self.numbers.get(self.next) {
+            *cell = Cell::Number(*number);
+        } else if let Some(text) = self.texts.get(self.next) {
+            // The name of a body often follows itself.
+            if !matches!(&*cell, Cell::Text(before) if before.as_bytes() == text.data()) {
+                *cell = Cell::Text(String::from_utf8_lossy(text.data()).into_owned());
+            }
+        } else {
+            *cell = Cell::Empty;
+        }
+        self.next += 1;
+    }
+}
+
+/// A number of 16 bits: sign, 5 bits of exponent, 10 of mantissa.
+fn half(bytes: &[u8]) -> f64 {
+    let [low, high] = bytes else { return f64::NAN };
+    let bits = u16::from_le_bytes([*low, *high]);
+    let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
+    let size = match exponent {
+        0 => mantissa * 2.0_f64.powi(-24),
+        31 if mantissa == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1024.0 + mantissa) * 2.0_f64.powi(exponent - 25),
+    };
+    if bits >> 15 == 1 { -size } else { size }
+}

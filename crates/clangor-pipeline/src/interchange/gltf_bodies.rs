@@ -1,0 +1,207 @@
+//! The nodes of a glTF file as bodies of a world: those of the scene by their names, others from their
+//! meshes.
+
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId, Life, Motion, Surface, World};
+use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::material::{Material, presets};
+use clangor_core::pose::Pose;
+use clangor_core::scene::instantiate::{GeometryError, LoadedGeometry};
+use glam::DVec3;
+
+use crate::formats::gltf_motion::GltfNode;
+use crate::motion::recording::{Frame, RecordedBody};
+use crate::stages::load::mesh_geometry;
+
+/// Largest difference of distances of vertices on a sphere, relative; 32-bit files have 1e-7.
+const ROUND: f64 = 1e-4;
+/// Least volume of a mesh on a sphere over that of the ball: about 80 triangles.
+const FILLED: f64 = 0.8;
+
+/// Why a node is no body.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GltfBodyFault {
+    /// Two nodes of one name.
+    #[error("node {node}: there are two of this name; bodies need different names")]
+    SameName {
+        /// The node.
+        node: String,
+    },
+    /// A surface that bounds no solid.
+    #[error(
+        "node {node}: {reason}; {remedy}. A floor is best a [[plane]] of the scene with the name of the \
+         node, \
+         whose mesh is then not used"
+    )]
+    Geometry {
+        /// The node.
+        node: String,
+        /// What is wrong with its mesh.
+        reason: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// No material.
+    #[error(
+        "node {node}: its material is {found}, which is neither one of the scene nor a preset; name it after \
+         one (docs/format/materials.md), or describe the body in the scene"
+    )]
+    Material {
+        /// The node.
+        node: String,
+        /// Name in the file, or "none".
+        found: String,
+    },
+}
+
+/// Adds the nodes to a world: fixed bodies where nothing moves them, and frames of those that are moved. The
+/// second value has those of them that are moved from outside. `notices` takes what should be known.
+///
+/// # Errors
+/// [`GltfBodyFault`] names the node.
+pub(super) fn add_nodes(
+    world: &mut World,
+    nodes: Vec<GltfNode>,
+    notices: &mut Vec<String>,
+) -> Result<(Vec<RecordedBody>, Vec<BodyId>), GltfBodyFault> {
+    let (mut recorded, mut kinematic) = (Vec::new(), Vec::new());
+    let in_scene: Vec<String> = world.bodies.iter().map(|body| body.name.clone()).collect();
+    let mut seen: Vec<String> = Vec::new();
+    let mut solids = Solids::default();
+    for node in nodes {
+        let described = in_scene.iter().position(|name| *name == node.name);
+        let belongs_to_other = node.ancestors.iter().any(|name| in_scene.contains(name));
+        if described.is_none() && (node.mesh.is_none() || belongs_to_other) {
+            if node.mesh.is_none() && node.has_implicit_collider && !belongs_to_other {
+                notices.push(format!(
+                    "node {}: it has an implicit collider and no mesh, and is left out; give it a mesh, or a \
+                     body of the scene its name",
+                    node.name
+                ));
+            }
+            continue;
+        }
+        if described.is_some_and(|index| world.bodies[index].surface.is_plane()) {
+            continue;
+        }
+        if !node.birth.is_finite() {
+            notices.push(format!("node {}: it is never shown (scale 0), and left out", node.name));
+            continue;
+        }
+        if seen.contains(&node.name) {
+            return Err(GltfBodyFault::SameName { node: node.name });
+        }
+        seen.push(node.name.clone());
+        let (index, centre) = match described {
+            Some(index) => (index, centre_of_mass(&mut solids, &node)?),
+            None => {
+                let (body, centre) = new_body(world, &mut solids, &node, notices)?;
+                world.bodies.push(body);
+                (world.bodies.len() - 1, centre)
+            }
+        };
+        let at_centre = |pose: Pose| Pose { position: pose.world_from_body(centre), ..pose };
+        let body = &mut world.bodies[index];
+        body.pose = at_centre(node.start);
+        if let Some(mass) = node.mass {
+            body.inertia *= mass / body.mass;
+            body.mass = mass;
+        }
+        if !node.is_animated {
+            if described.is_none() {
+                body.motion = Motion::Fixed;
+            }
+            continue;
+        }
+        body.life = Life { birth: node.birth, death: node.death, parent: None };
+        let frames =
+            node.frames.iter().map(|frame| Frame { pose: at_centre(frame.pose), ..*frame }).collect();
+        let body = BodyId(index as u32);
+        kinematic.extend(node.is_kinematic.then_some(body));
+        recorded.push(RecordedBody { body, frames });
+    }
+    Ok((recorded, kinematic))
+}
+
+/// Solids of meshes, which copies share.
+#[derive(Default)]
+struct Solids {
+    known: Vec<(TriMesh, LoadedGeometry)>,
+}
+
+impl Solids {
+    fn of(&mut self, mesh: &TriMesh) -> Result<LoadedGeometry, GeometryError> {
+        if let Some((_, geometry)) = self.known.iter().find(|(known, _)| known == mesh) {
+            return Ok(geometry.clone());
+        }
+        let geometry = match sphere(mesh) {
+            Some(sphere) => sphere,
+            None => mesh_geometry(mesh.clone(), 1.0)?,
+        };
+        self.known.push((mesh.clone(), geometry.clone()));
+        Ok(geometry)
+    }
+}
+
+/// The ball whose surface a mesh approximates: all vertices at one distance from a point, and most of the
+/// volume between them. Its facets would make another contact than a sphere.
+fn sphere(mesh: &TriMesh) -> Option<LoadedGeometry> {
+    let mass = MassProperties::of(mesh).ok()?;
+    let centre = mass.centre_of_mass;
+    let distances = || mesh.vertices.iter().map(|vertex| vertex.distance(centre));
+    let radius = distances().sum::<f64>() / mesh.vertices.len() as f64;
+    let is_round = distances().all(|distance| (distance - radius).abs() < ROUND * radius);
+    let ball = MassProperties::of_sphere(radius);
+    if !is_round || mass.volume < FILLED * ball.volume {
+        return None;
+    }
+    Some(LoadedGeometry {
+        surface: Arc::new(Surface::Sphere { radius }),
+        mass: MassProperties { centre_of_mass: centre, ..ball },
+        warnings: vec![format!(
+            "its {} vertices lie on a sphere of {radius:.6} m, which it is taken for",
+            mesh.vertices.len()
+        )],
+    })
+}
+
+/// Centre of mass in the frame of a node that the scene describes: of its mesh, or its origin if it has none.
+fn centre_of_mass(solids: &mut Solids, node: &GltfNode) -> Result<DVec3, GltfBodyFault> {
+    let Some(mesh) = &node.mesh else { return Ok(DVec3::ZERO) };
+    Ok(solids.of(mesh).map_err(|error| no_solid(node, error))?.mass.centre_of_mass)
+}
+
+fn no_solid(node: &GltfNode, error: GeometryError) -> GltfBodyFault {
+    GltfBodyFault::Geometry { node: node.name.clone(), reason: error.reason, remedy: error.remedy }
+}
+
+fn new_body(
+    world: &World,
+    solids: &mut Solids,
+    node: &GltfNode,
+    notices: &mut Vec<String>,
+) -> Result<(Body, DVec3), GltfBodyFault> {
+    let mesh = node.mesh.clone().unwrap_or_default();
+    let geometry = solids.of(&mesh).map_err(|error| no_solid(node, error))?;
+    notices.extend(geometry.warnings.iter().map(|warning| format!("node {}: {warning}", node.name)));
+    let found = node.material.clone();
+    let material = found.as_deref().and_then(|name| material(world, name)).ok_or_else(|| {
+        let found = found.unwrap_or_else(|| "none".into());
+        GltfBodyFault::Material { node: node.name.clone(), found }
+    })?;
+    let body = Body::solid(&node.name, material, geometry.surface, &geometry.mass);
+    Ok((body, geometry.mass.centre_of_mass))
+}
+
+/// The material of a name, which may have the number that Blender gives to copies: `steel.001`.
+fn material(world: &World, name: &str) -> Option<Material> {
+    let find = |name: &str| {
+        let used = world.bodies.iter().map(|body| &body.material).find(|material| material.name == name);
+        used.cloned().or_else(|| presets::preset(name))
+    };
+    let copy =
+        name.rsplit_once('.').filter(|(_, end)| end.len() == 3 && end.bytes().all(|b| b.is_ascii_digit()));
+    find(name).or_else(|| find(copy?.0))
+}

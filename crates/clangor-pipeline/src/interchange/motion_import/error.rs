@@ -1,0 +1,119 @@
+//! Why a recording could not be imported.
+
+use std::path::PathBuf;
+
+use clangor_core::contact::ContactError;
+use clangor_core::scene::instantiate::GeometryError;
+
+use crate::formats::contact_list::ContactListError;
+use crate::formats::gltf_motion::GltfMotionError;
+use crate::formats::pose_table::PoseTableError;
+use crate::formats::timeline_file::TimelineError;
+use crate::interchange::gltf_bodies::GltfBodyFault;
+use crate::motion::contact_checks::ContactFault;
+use crate::motion::recording::{MAX_TIME, RecordingError};
+
+/// Why a recording could not be imported.
+#[derive(Debug, thiserror::Error)]
+pub enum MotionImportError {
+    /// A glTF file is wrong.
+    #[error(transparent)]
+    Gltf(#[from] GltfMotionError),
+    /// A node is no body.
+    #[error("{path}, {fault}")]
+    Node {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        fault: GltfBodyFault,
+    },
+    /// A table of poses is wrong.
+    #[error(transparent)]
+    Poses(#[from] PoseTableError),
+    /// Frames are wrong.
+    #[error("{path}, {error}")]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        error: RecordingError,
+    },
+    /// A contact list is wrong.
+    #[error(transparent)]
+    List(#[from] ContactListError),
+    /// A contact is impossible.
+    #[error("{path}, {fault}")]
+    Contact {
+        /// The list.
+        path: PathBuf,
+        /// What is wrong.
+        fault: ContactFault,
+    },
+    /// A contact at a time that no timeline has.
+    #[error("{path}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
+    Time {
+        /// The list.
+        path: PathBuf,
+        /// The time \[s\].
+        time: f64,
+    },
+    /// The poses are those of no body, or not finite.
+    #[error(transparent)]
+    Motion(#[from] ContactError),
+    /// The centre of mass of a body whose origins are given is not known.
+    #[error("{path} gives origins of {body}, whose centre of mass cannot be told: {reason}")]
+    Centre {
+        /// The table.
+        path: PathBuf,
+        /// The body.
+        body: String,
+        /// Why not.
+        reason: GeometryError,
+    },
+    /// Nothing of the scene moves.
+    #[error("{path} moves no body of the scene; nodes and rows belong to bodies by their names")]
+    NothingMoves {
+        /// The first file.
+        path: PathBuf,
+    },
+    /// Two files move a body.
+    #[error("{path} moves {body}, which another file moves too")]
+    Twice {
+        /// The later file.
+        path: PathBuf,
+        /// The body.
+        body: String,
+    },
+    /// The scene moves the body, or holds it.
+    #[error(
+        "{path} moves {body}, which is {motion} in the scene; leave that out of the scene, or {body} out \
+         of the file"
+    )]
+    NotFree {
+        /// The file.
+        path: PathBuf,
+        /// The body.
+        body: String,
+        /// Fixed, or moved by keyframes.
+        motion: &'static str,
+    },
+    /// A body without mass.
+    #[error("{body} has a mass of {mass} kg; a body that others move needs a mass above 0")]
+    NoMass {
+        /// The body.
+        body: String,
+        /// Its mass \[kg\].
+        mass: f64,
+    },
+    /// The timeline cannot be written.
+    #[error(transparent)]
+    Timeline(#[from] TimelineError),
+    /// A row did not reach the timeline.
+    #[error("cannot write {path}: {source}")]
+    Row {
+        /// The timeline.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+}

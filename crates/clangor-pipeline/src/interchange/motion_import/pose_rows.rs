@@ -1,0 +1,70 @@
+//! Frames of several bodies as pose rows in order of time, made one at a time.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use clangor_core::pose::Pose;
+use clangor_core::timeline::PoseRow;
+use glam::DVec3;
+
+use crate::motion::recording::{Frame, RecordedBody};
+
+/// Velocity [m/s] and angular velocity [rad/s] at a frame: the means of the intervals beside it.
+pub(super) fn velocities(frames: &[Frame], at: usize) -> (DVec3, DVec3) {
+    let low = at.saturating_sub(1);
+    let high = (at + 1).min(frames.len() - 1);
+    let span = frames[high].time - frames[low].time;
+    if span <= 0.0 {
+        return (DVec3::ZERO, DVec3::ZERO);
+    }
+    let mut turn = frames[high].pose.orientation * frames[low].pose.orientation.inverse();
+    if turn.w < 0.0 {
+        turn = -turn;
+    }
+    ((frames[high].pose.position - frames[low].pose.position) / span, turn.to_scaled_axis() / span)
+}
+
+/// All frames in order of time, those of one time in the order of the bodies; `states`, which are in order
+/// too, come last at their times.
+pub(super) fn pose_rows<'a>(recorded: &'a [RecordedBody], states: &'a [PoseRow]) -> PoseRows<'a> {
+    let next = (0..recorded.len())
+        .filter_map(|place| Some(Reverse((key(recorded[place].frames.first()?), place, 0))));
+    PoseRows { recorded, states, next: next.collect() }
+}
+
+/// The iterator of [`pose_rows`].
+pub(super) struct PoseRows<'a> {
+    recorded: &'a [RecordedBody],
+    states: &'a [PoseRow],
+    /// Next frame of each body: its time, the place of the body, and that of the frame.
+    next: BinaryHeap<Reverse<(u64, usize, usize)>>,
+}
+
+/// The time of a frame as an integer of the same order; times are not negative.
+fn key(frame: &Frame) -> u64 {
+    // Adding 0 makes −0 positive.
+    (frame.time + 0.0).to_bits()
+}
+
+impl Iterator for PoseRows<'_> {
+    type Item = PoseRow;
+
+    fn next(&mut self) -> Option<PoseRow> {
+        let frame = self.next.peek().map(|Reverse((_, place, at))| self.recorded[*place].frames[*at]);
+        if let Some((state, rest)) = self.states.split_first()
+            && frame.is_none_or(|frame| state.time < frame.time)
+        {
+            self.states = rest;
+            return Some(*state);
+        }
+        let Reverse((_, place, at)) = self.next.pop()?;
+        let RecordedBody { body, frames } = &self.recorded[place];
+        if let Some(later) = frames.get(at + 1) {
+            self.next.push(Reverse((key(later), place, at + 1)));
+        }
+        let Frame { time, pose, .. } = frames[at];
+        let (velocity, angular_velocity) = velocities(frames, at);
+        let Pose { position, orientation } = pose;
+        Some(PoseRow { time, body: *body, position, orientation, velocity, angular_velocity })
+    }
+}

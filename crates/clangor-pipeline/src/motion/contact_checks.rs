@@ -1,0 +1,329 @@
+//! Contacts that another program recorded, against the surfaces, masses and speeds of the bodies.
+//!
+//! | found | then |
+//! |---|---|
+//! | a body against itself; bodies that separate | refused, with row and body |
+//! | an impulse beyond what the bodies could give | refused |
+//! | a point farther from a surface than the smaller body is large | refused |
+//! | a time before or after all that was recorded | refused |
+//! | no second body, at a plane of the scene | belongs to the plane; told |
+//! | a point off a surface by more than a tolerance | moved to the surface; told |
+//!
+//! An impulse between two bodies is at most (1 + e) m v, with e ≤ 1, their reduced mass m and their speed v.
+//! Where other bodies press on them in the same moments, it is at most that of all that moves.
+
+use std::collections::BTreeSet;
+
+use clangor_core::body::{Body, BodyId, Motion, Surface, World};
+use clangor_core::pose::Pose;
+use clangor_core::timeline::{ContactKind, ContactRow};
+use glam::DVec3;
+
+use super::recording::MAX_TIME;
+use crate::formats::contact_list::ListedContact;
+
+/// Distance from a surface that is taken for rounding: a share of the body, and at least \[m\].
+const ON_SURFACE: (f64, f64) = (0.02, 1e-4);
+/// The same for a plane, from which a contact belongs to it; the share is that of the other body.
+const ON_PLANE: (f64, f64) = (0.1, 1e-3);
+/// Margin on the largest impulse of two bodies that no listed contact presses on: contacts that last are not
+/// listed by all programs.
+const PAIR_MARGIN: f64 = 20.0;
+/// Margin on the largest impulse of all that moves.
+const ALL_MARGIN: f64 = 5.0;
+/// Contacts within this time may press on each other \[s\].
+const SAME_MOMENT: f64 = 0.005;
+/// How far a contact may lie before the first pose or after the last \[s\].
+const OUTSIDE: f64 = 0.1;
+
+/// Why a contact is impossible.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ContactFault {
+    /// A body against itself.
+    #[error("row {row}: {body} touches itself; body_b is another body, or left out for the surroundings")]
+    Itself {
+        /// Line of a text, row of a Parquet file.
+        row: usize,
+        /// The body.
+        body: String,
+    },
+    /// An impact of bodies that separate.
+    #[error(
+        "row {row}: {body} recedes from what it hits with {speed} m/s; the normal points from body_b to \
+         body_a, \
+         and velocity is that of body_a relative to body_b before the impact"
+    )]
+    Recedes {
+        /// Line of a text, row of a Parquet file.
+        row: usize,
+        /// The body.
+        body: String,
+        /// Speed of separation [m/s].
+        speed: f64,
+    },
+    /// A point that is nowhere near a body.
+    #[error(
+        "row {row}: the point is {distance} m off the surface of {body} at that time; the smaller body is \
+         {size} m in radius"
+    )]
+    FarOff {
+        /// Line of a text, row of a Parquet file.
+        row: usize,
+        /// The body.
+        body: String,
+        /// Distance \[m\].
+        distance: f64,
+        /// Bounding radius of the smaller of the two bodies \[m\].
+        size: f64,
+    },
+    /// An impulse that nothing can give.
+    #[error(
+        "row {row}: impulse_n on {body} is {impulse} N s; the bodies could give no more than \
+         {possible} N s at the speeds of this list, with a wide margin"
+    )]
+    TooStrong {
+        /// Line of a text, row of a Parquet file.
+        row: usize,
+        /// The body.
+        body: String,
+        /// The impulse [N s].
+        impulse: f64,
+        /// What they could give, with its margin [N s].
+        possible: f64,
+    },
+    /// A contact before or after all poses.
+    #[error(
+        "row {row}: t = {time} s, but the motion was recorded from {from} to {to} s; a contact list needs \
+         the clock of the motion"
+    )]
+    Clock {
+        /// Line of a text, row of a Parquet file.
+        row: usize,
+        /// Time of the contact \[s\].
+        time: f64,
+        /// First pose \[s\].
+        from: f64,
+        /// Last pose \[s\].
+        to: f64,
+    },
+    /// A number of an impact that is too large beside those of other lists.
+    #[error("row {row}: impact_id is {id}, which is too large; number impacts from 1")]
+    ImpactId {
+        /// Line of a text, row of a Parquet file.
+        row: usize,
+        /// The number.
+        id: u64,
+    },
+}
+
+/// What was changed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ContactNotice {
+    /// Contacts without a second body, at a plane.
+    #[error("{count} contacts without body_b belong to the plane {plane}, on which they lie")]
+    OnPlane {
+        /// How many.
+        count: usize,
+        /// The plane.
+        plane: String,
+    },
+    /// Points that were moved to a surface.
+    #[error(
+        "{count} points were off the surface of {body} and were moved onto it; the farthest, in row {row}, \
+         by {distance} m"
+    )]
+    Moved {
+        /// How many.
+        count: usize,
+        /// The body.
+        body: String,
+        /// Row of the farthest.
+        row: usize,
+        /// Its distance \[m\].
+        distance: f64,
+    },
+}
+
+/// Where bodies are; `None` where that is not known.
+pub type PoseOf<'a> = &'a dyn Fn(BodyId, f64) -> Option<Pose>;
+
+/// The first time that no timeline has \[s\].
+pub fn time_outside(rows: &[ListedContact]) -> Option<f64> {
+    rows.iter().map(|listed| listed.row.time).find(|time| !(0.0..=MAX_TIME).contains(time))
+}
+
+/// Holds the times of contacts against the first and last pose of a recording \[s\].
+///
+/// # Errors
+/// [`ContactFault::Clock`] of the first row that lies outside.
+pub fn check_clock(rows: &[ListedContact], [from, to]: [f64; 2]) -> Result<(), ContactFault> {
+    let is_outside = |listed: &&ListedContact| !(from - OUTSIDE..=to + OUTSIDE).contains(&listed.row.time);
+    match rows.iter().find(is_outside) {
+        Some(ListedContact { line, row, .. }) => {
+            Err(ContactFault::Clock { row: *line, time: row.time, from, to })
+        }
+        None => Ok(()),
+    }
+}
+
+/// Checks rows, which come in order of time, and repairs what can be.
+///
+/// # Errors
+/// [`ContactFault`] of the first impossible row.
+pub fn check_contacts(
+    world: &World,
+    rows: Vec<ListedContact>,
+    pose_of: PoseOf<'_>,
+) -> Result<(Vec<ContactRow>, Vec<ContactNotice>), ContactFault> {
+    let limits = Limits::new(world, &rows);
+    let possible: Vec<f64> =
+        (0..rows.len()).map(|index| limits.largest_impulse(world, &rows, index)).collect();
+    let mut on_plane = vec![0_usize; world.bodies.len()];
+    let mut moved: Vec<(usize, usize, f64)> = vec![(0, 0, 0.0); world.bodies.len()];
+    let mut checked = Vec::with_capacity(rows.len());
+    for (ListedContact { line: number, mut row, names_second }, possible) in rows.into_iter().zip(possible) {
+        check_physics(world, number, &row, &limits, possible)?;
+        if row.kind == ContactKind::Constraint {
+            checked.push(row);
+            continue;
+        }
+        if !names_second && let Some(plane) = plane_at(world, &row) {
+            row.body_b = plane;
+            on_plane[plane.index()] += 1;
+        }
+        let radius = |id: BodyId| Some(world.bodies.get(id.index())?.surface.bounding_radius());
+        let size = [row.body_a, row.body_b].into_iter().filter_map(radius).fold(f64::INFINITY, f64::min);
+        // Moved onto the first surface and then onto the second, the point must still be near the first.
+        for (id, is_repeated) in [(row.body_a, false), (row.body_b, false), (row.body_a, true)] {
+            let Some(body) = world.bodies.get(id.index()) else { continue };
+            let Some(pose) = pose_of(id, row.time) else { continue };
+            let Some((distance, place)) = off_surface(body, pose, row.point) else { continue };
+            if distance > size {
+                return Err(ContactFault::FarOff { row: number, body: body.name.clone(), distance, size });
+            }
+            if is_repeated {
+                continue;
+            }
+            row.point = place;
+            let (count, farthest, most) = &mut moved[id.index()];
+            *count += 1;
+            if distance > *most {
+                (*farthest, *most) = (number, distance);
+            }
+        }
+        checked.push(row);
+    }
+    let name = |index: usize| world.bodies[index].name.clone();
+    let mut notices = Vec::new();
+    for (index, &count) in on_plane.iter().enumerate().filter(|(_, count)| **count > 0) {
+        notices.push(ContactNotice::OnPlane { count, plane: name(index) });
+    }
+    for (index, &(count, row, distance)) in moved.iter().enumerate().filter(|(_, moved)| moved.0 > 0) {
+        notices.push(ContactNotice::Moved { count, body: name(index), row, distance });
+    }
+    Ok((checked, notices))
+}
+
+/// What a list allows.
+struct Limits {
+    /// 2 Σ m · largest speed, with its margin [N s].
+    all: f64,
+    /// Impacts with a point that approaches.
+    approaching: BTreeSet<u64>,
+}
+
+impl Limits {
+    fn new(world: &World, rows: &[ListedContact]) -> Self {
+        let moving = world.bodies.iter().filter(|body| !matches!(body.motion, Motion::Fixed));
+        // A body that keyframes move can give any impulse.
+        let mass: f64 = moving
+            .map(|body| if matches!(body.motion, Motion::Free) { body.mass } else { f64::INFINITY })
+            .sum();
+        let speed = rows.iter().map(|listed| listed.row.velocity.length()).fold(0.0, f64::max);
+        let approaches = rows.iter().filter(|listed| listed.row.velocity.dot(listed.row.normal) < 0.0);
+        let approaching = approaches.map(|listed| listed.row.impact_id).collect();
+        Limits { all: ALL_MARGIN * 2.0 * mass * speed, approaching }
+    }
+
+    /// Largest impulse of a row, with its margin [N s]; infinite where nothing limits it.
+    fn largest_impulse(&self, world: &World, rows: &[ListedContact], index: usize) -> f64 {
+        let row = &rows[index].row;
+        let all = if self.all > 0.0 { self.all } else { f64::INFINITY };
+        if row.kind != ContactKind::Impact {
+            return all;
+        }
+        let is_free =
+            |id: BodyId| world.bodies.get(id.index()).is_some_and(|body| matches!(body.motion, Motion::Free));
+        let inverse_mass = |id: BodyId| {
+            world.bodies.get(id.index()).filter(|_| is_free(id)).map_or(0.0, |body| body.mass.recip())
+        };
+        let pair = [row.body_a, row.body_b];
+        let near = |other: &&ListedContact| (other.row.time - row.time).abs() <= SAME_MOMENT;
+        let moment = rows[..index].iter().rev().take_while(near).chain(rows[index..].iter().take_while(near));
+        let mut speed = 0.0_f64;
+        for ListedContact { row: other, .. } in moment {
+            let others = [other.body_a, other.body_b];
+            let is_same = others.iter().all(|id| pair.contains(id));
+            if is_same {
+                speed = speed.max(other.velocity.length());
+            } else if pair.iter().any(|id| is_free(*id) && others.contains(id)) {
+                // A third body presses.
+                return all;
+            }
+        }
+        let mass = pair.map(inverse_mass).iter().sum::<f64>().recip();
+        if speed > 0.0 { (PAIR_MARGIN * 2.0 * mass * speed).min(all) } else { all }
+    }
+}
+
+fn check_physics(
+    world: &World,
+    number: usize,
+    row: &ContactRow,
+    limits: &Limits,
+    possible: f64,
+) -> Result<(), ContactFault> {
+    let body = || world.bodies.get(row.body_a.index()).map_or_else(String::new, |body| body.name.clone());
+    if row.body_a == row.body_b {
+        return Err(ContactFault::Itself { row: number, body: body() });
+    }
+    if row.kind != ContactKind::Impact {
+        return Ok(());
+    }
+    // Of an impact at several points, or in several steps, some may recede.
+    let speed = row.velocity.dot(row.normal);
+    if speed > 0.0 && !limits.approaching.contains(&row.impact_id) {
+        return Err(ContactFault::Recedes { row: number, body: body(), speed });
+    }
+    let impulse = row.impulse_n;
+    if impulse > possible {
+        return Err(ContactFault::TooStrong { row: number, body: body(), impulse, possible });
+    }
+    Ok(())
+}
+
+/// The plane on which a contact lies and against which it pushes.
+fn plane_at(world: &World, row: &ContactRow) -> Option<BodyId> {
+    let size = world.bodies.get(row.body_a.index())?.surface.bounding_radius();
+    let within = (ON_PLANE.0 * size).max(ON_PLANE.1);
+    let height = |body: &Body| body.pose.body_from_world(row.point).y.abs();
+    let faces = |body: &Body| (body.pose.orientation * DVec3::Y).dot(row.normal) > 0.9;
+    let planes = world.bodies.iter().enumerate().filter(|(_, body)| body.surface.is_plane() && faces(body));
+    let nearest = planes.min_by(|(_, a), (_, b)| height(a).total_cmp(&height(b)));
+    nearest.filter(|(_, plane)| height(plane) <= within).map(|(index, _)| BodyId(index as u32))
+}
+
+/// Distance of a point from a surface and its place there, if it is not on the surface.
+fn off_surface(body: &Body, pose: Pose, point: DVec3) -> Option<(f64, DVec3)> {
+    let local = pose.body_from_world(point);
+    let size = body.surface.bounding_radius();
+    let (place, tolerance) = match &*body.surface {
+        Surface::HalfSpace | Surface::Plate { .. } => (DVec3::new(local.x, 0.0, local.z), ON_PLANE.1),
+        Surface::Sphere { radius } => {
+            (local.normalize_or(DVec3::Y) * *radius, (ON_SURFACE.0 * size).max(ON_SURFACE.1))
+        }
+        Surface::Mesh(mesh) => (mesh.nearest(local)?.position, (ON_SURFACE.0 * size).max(ON_SURFACE.1)),
+    };
+    let distance = place.distance(local);
+    (distance > tolerance).then(|| (distance, pose.world_from_body(place)))
+}

@@ -1,0 +1,337 @@
+//! The impacts in a recorded motion: who touched whom, where, when, and with which impulse.
+//!
+//! Each jump of a body ([`jump_windows`](super)) is held against the surfaces around it at its instant.
+//! Bodies that touch and jump together are one event, and the impulses at all of its points are those that
+//! explain the jumps best. A body that does not jump, a plane, and a body that nothing moves take what is
+//! left.
+//!
+//! The confidence of an impact is the explained share of the energy of the jumps of its event. Approaches
+//! below the threshold of sound, and those of a body that a support holds, are rows of lasting contact.
+
+mod event_rows;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId, Motion, World};
+use clangor_core::material::PairCoefficients;
+use clangor_core::pose::Pose;
+use clangor_core::timeline::{ContactRow, PoseRow};
+use glam::{DMat3, DVec3};
+
+use super::impulse_fit::{FitBody, FitContact, fit_impulses};
+use super::jump_windows::{JumpWindow, jump_windows};
+use super::kinematics::{Inertia, Kinematics, State};
+use super::recording::RecordedBody;
+use super::touching::{Placed, SampledSurface, Touch, may_touch, touches};
+
+/// Gaps that count as touching: a share of the smaller body, a share of the way in a frame, and the digits of
+/// 32-bit files \[m\].
+const TOUCHING: (f64, f64, f64) = (0.003, 0.03, 2e-5);
+/// Factors on those gaps that are tried until something touches.
+const WIDER: [f64; 3] = [1.0, 4.0, 16.0];
+/// Other instants that are tried where nothing touches, in frames.
+const ELSEWHERE: [f64; 8] = [0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
+/// Largest gap of all, as a share of the smaller body.
+const WIDEST: f64 = 0.3;
+/// Friction above that of the materials that a recording may have: factor and sum.
+const FRICTION_SLACK: (f64, f64) = (1.25, 0.05);
+/// Unexplained share from which a wider gap is tried.
+const POOR: f64 = 0.3;
+
+/// What was found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MotionImpacts {
+    /// Contacts, in order of time.
+    pub contacts: Vec<ContactRow>,
+    /// State of the bodies of each impact just before it, in order of time.
+    pub states: Vec<PoseRow>,
+    /// Explained share of each impact, by its id.
+    pub confidence: BTreeMap<u64, f64>,
+    /// Jumps of bodies that touch nothing at that time: body and time \[s\].
+    pub untouched: Vec<(BodyId, f64)>,
+}
+
+/// Finds the impacts of recorded bodies of a world, which are [`Motion::Free`] there; `v_min` is the approach
+/// speed below which an impact is lasting contact [m/s].
+pub fn find_impacts(world: &World, recorded: &[RecordedBody], v_min: f64) -> MotionImpacts {
+    let mut scene = Scene::new(world, recorded);
+    let mut windows: Vec<JumpWindow> = scene
+        .kinematics
+        .iter()
+        .enumerate()
+        .filter_map(|(index, kinematics)| Some((BodyId(index as u32), kinematics.as_ref()?)))
+        .flat_map(|(body, kinematics)| jump_windows(body, kinematics, v_min))
+        .collect();
+    windows.sort_by(|a, b| a.time.total_cmp(&b.time));
+    scene.windows_of_bodies(&windows);
+    let mut found = MotionImpacts::default();
+    let mut done = vec![false; windows.len()];
+    let mut next_id = 1;
+    for index in 0..windows.len() {
+        if done[index] {
+            continue;
+        }
+        done[index] = true;
+        let event = scene.event(&windows, index, &mut done);
+        match event {
+            Some(event) => event.write(&scene, v_min, &mut next_id, &mut found),
+            None => found.untouched.push((windows[index].body, windows[index].time)),
+        }
+    }
+    found.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
+    found.states.sort_by(|a, b| a.time.total_cmp(&b.time));
+    found
+}
+
+/// The bodies with what the search needs.
+struct Scene<'a> {
+    world: &'a World,
+    surfaces: Vec<Arc<SampledSurface>>,
+    kinematics: Vec<Option<Kinematics<'a>>>,
+    /// Places of the windows of each body, in order of time.
+    windows: Vec<Vec<usize>>,
+}
+
+/// Bodies that touch at an instant, and their points.
+struct Event {
+    time: f64,
+    members: Vec<Member>,
+    points: Vec<(FitContact, Touch)>,
+    impulses: Vec<DVec3>,
+    residual: f64,
+}
+
+/// A body of an event just before it.
+#[derive(Clone, Copy)]
+struct Member {
+    body: BodyId,
+    state: State,
+    window: Option<JumpWindow>,
+    fit: FitBody,
+    is_supported: bool,
+}
+
+impl<'a> Scene<'a> {
+    fn new(world: &'a World, recorded: &'a [RecordedBody]) -> Self {
+        let mut known: BTreeMap<*const clangor_core::body::Surface, Arc<SampledSurface>> = BTreeMap::new();
+        let surfaces = world.bodies.iter().map(|body| {
+            let entry = known.entry(Arc::as_ptr(&body.surface));
+            Arc::clone(entry.or_insert_with(|| Arc::new(SampledSurface::new(&body.surface))))
+        });
+        let surfaces = surfaces.collect();
+        let mut kinematics: Vec<Option<Kinematics<'a>>> = world.bodies.iter().map(|_| None).collect();
+        for RecordedBody { body, frames } in recorded {
+            let Body { mass, inertia, motion, .. } = &world.bodies[body.index()];
+            if matches!(motion, Motion::Free) && frames.len() > 1 {
+                let inertia = Inertia::new(*mass, *inertia, world.gravity);
+                kinematics[body.index()] = Some(Kinematics::new(frames, inertia));
+            }
+        }
+        Scene { world, surfaces, kinematics, windows: vec![Vec::new(); world.bodies.len()] }
+    }
+
+    fn windows_of_bodies(&mut self, windows: &[JumpWindow]) {
+        for (index, window) in windows.iter().enumerate() {
+            self.windows[window.body.index()].push(index);
+        }
+    }
+
+    /// The event of a window, with those of other bodies that belong to it, which are then done.
+    fn event(&self, windows: &[JumpWindow], first: usize, done: &mut [bool]) -> Option<Event> {
+        let mut best: Option<(Event, Vec<usize>)> = None;
+        let JumpWindow { time, span, .. } = windows[first];
+        let here = WIDER.map(|factor| (factor, 0.0));
+        // Where two impacts share a frame, the instant is uncertain by one.
+        let elsewhere = WIDER.into_iter().flat_map(|factor| ELSEWHERE.map(|part| (factor, part)));
+        for (factor, part) in here.into_iter().chain(elsewhere) {
+            if part != 0.0 && best.is_some() {
+                break;
+            }
+            let instant = (time + part * span).max(0.0);
+            let Some((event, used)) = self.event_within(windows, first, done, (instant, factor)) else {
+                continue;
+            };
+            let is_good = event.residual < POOR;
+            if best.as_ref().is_none_or(|(found, _)| event.residual < 0.7 * found.residual) {
+                best = Some((event, used));
+            }
+            if is_good {
+                break;
+            }
+        }
+        let (event, used) = best?;
+        used.into_iter().for_each(|index| done[index] = true);
+        Some(event)
+    }
+
+    fn event_within(
+        &self,
+        windows: &[JumpWindow],
+        first: usize,
+        done: &[bool],
+        (time, factor): (f64, f64),
+    ) -> Option<(Event, Vec<usize>)> {
+        let start = windows[first];
+        let (mut members, mut used) = (vec![self.member(start.body, Some(start), time)?], Vec::new());
+        let mut points: Vec<(FitContact, Touch)> = Vec::new();
+        let mut next = 0;
+        while next < members.len() {
+            let one = members[next];
+            if one.fit.inverse_mass <= 0.0 {
+                next += 1;
+                continue;
+            }
+            // What an impact sets in motion may rest on others, through which the impulse goes on; what has
+            // an impact of its own may be farther away at a wrong instant.
+            let factor = if one.window.is_some() { factor } else { 1.0 };
+            for other in (0..self.world.bodies.len() as u32).map(BodyId).filter(|id| *id != one.body) {
+                let place = members.iter().position(|member| member.body == other);
+                // A pair is searched once, from the member that came first.
+                if place.is_some_and(|place| place < next && members[place].fit.inverse_mass > 0.0) {
+                    continue;
+                }
+                if place.is_none() && !self.may_meet(&one, other, time) {
+                    continue;
+                }
+                let window = self.window_near(windows, other, time, start.span, done);
+                let Some(member) = place
+                    .map(|place| members[place])
+                    .or_else(|| self.member(other, window.map(|index| windows[index]), time))
+                else {
+                    continue;
+                };
+                let found = self.touches(&one, &member, start.span, factor);
+                if found.is_empty() {
+                    continue;
+                }
+                let place = place.unwrap_or_else(|| {
+                    used.extend(window);
+                    members.push(member);
+                    members.len() - 1
+                });
+                let friction = self.friction(one.body, other);
+                points.extend(found.into_iter().map(|touch| {
+                    let Touch { point, normal, .. } = touch;
+                    (FitContact { bodies: [next, place], point, normal, friction }, touch)
+                }));
+            }
+            next += 1;
+        }
+        if points.is_empty() {
+            return None;
+        }
+        let bodies: Vec<FitBody> = members.iter().map(|member| member.fit).collect();
+        let contacts: Vec<FitContact> = points.iter().map(|(contact, _)| *contact).collect();
+        let fit = fit_impulses(&bodies, &contacts);
+        Some((Event { time, members, points, impulses: fit.impulses, residual: fit.residual }, used))
+    }
+
+    fn friction(&self, a: BodyId, b: BodyId) -> f64 {
+        let material = |id: BodyId| &self.world.bodies[id.index()].material;
+        FRICTION_SLACK.0 * PairCoefficients::of(material(a), material(b)).friction + FRICTION_SLACK.1
+    }
+
+    /// A window of a body within a frame of an instant that belongs to no event yet.
+    fn window_near(
+        &self,
+        windows: &[JumpWindow],
+        body: BodyId,
+        time: f64,
+        span: f64,
+        done: &[bool],
+    ) -> Option<usize> {
+        let own = &self.windows[body.index()];
+        let after = own.partition_point(|index| windows[*index].time < time - 1.01 * span);
+        let near =
+            own[after..].iter().copied().take_while(|index| windows[*index].time <= time + 1.01 * span);
+        near.filter(|index| !done[*index])
+            .min_by(|a, b| (windows[*a].time - time).abs().total_cmp(&(windows[*b].time - time).abs()))
+    }
+
+    /// A body at an instant; `None` if it does not exist then.
+    fn member(&self, body: BodyId, window: Option<JumpWindow>, time: f64) -> Option<Member> {
+        let described = &self.world.bodies[body.index()];
+        if !described.life.holds(time) {
+            return None;
+        }
+        let mut fit = FitBody {
+            inverse_mass: 0.0,
+            inverse_inertia: DMat3::ZERO,
+            centre: DVec3::ZERO,
+            velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+        };
+        let Some(kinematics) = &self.kinematics[body.index()] else {
+            let state = state_of_unrecorded(described, time);
+            return Some(Member { body, state, window: None, fit, is_supported: true });
+        };
+        let mut is_supported = false;
+        let state = match window {
+            Some(window) => {
+                is_supported = window.first > 1 && kinematics.is_supported(window.first - 1);
+                kinematics.continued(window.first - 1, time)
+            }
+            None => kinematics.at(time)?,
+        };
+        fit.inverse_mass = kinematics.inertia.mass.recip();
+        fit.inverse_inertia = kinematics.inertia.inverse_at(state.pose.orientation);
+        fit.centre = state.pose.position;
+        let (velocity, angular_momentum) = match window {
+            Some(window) => (window.velocity, window.angular_momentum),
+            None => small_jumps(kinematics, time),
+        };
+        fit.velocity = velocity;
+        fit.angular_velocity = fit.inverse_inertia * angular_momentum;
+        Some(Member { body, state, window, fit, is_supported })
+    }
+
+    /// Whether a body comes near a member around an instant: a cheap test of balls around its way.
+    fn may_meet(&self, one: &Member, other: BodyId, time: f64) -> bool {
+        let Some((centre, way)) = self.kinematics[other.index()].as_ref().and_then(|k| k.way_around(time))
+        else {
+            return true;
+        };
+        let [a, b] = [one.body, other].map(|id| self.surfaces[id.index()].radius);
+        one.state.pose.position.distance(centre) < a + b + WIDEST * a.min(b) + way
+    }
+
+    fn placed(&self, body: BodyId, pose: Pose) -> Placed<'_> {
+        Placed { sampled: &self.surfaces[body.index()], pose }
+    }
+
+    fn touches(&self, a: &Member, b: &Member, span: f64, factor: f64) -> Vec<Touch> {
+        let [one, two] = [a, b].map(|member| self.placed(member.body, member.state.pose));
+        let size = one.sampled.radius.min(two.sampled.radius);
+        let (share, way, least) = TOUCHING;
+        if !may_touch(one, two, WIDEST * size) {
+            return Vec::new();
+        }
+        let spin = |member: &Member| {
+            let radius = self.surfaces[member.body.index()].radius;
+            if radius.is_finite() { member.state.angular_velocity.length() * radius } else { 0.0 }
+        };
+        let speed = (a.state.velocity - b.state.velocity).length() + spin(a).max(spin(b));
+        let within = factor * (share * size + way * speed * span + least);
+        touches(one, two, within.min(WIDEST * size))
+    }
+}
+
+/// A body without frames: by its keyframes, or where it stands.
+fn state_of_unrecorded(body: &Body, time: f64) -> State {
+    match &body.motion {
+        Motion::Keyframed(track) => {
+            let (pose, velocity, angular_velocity) = track.sample(time);
+            State { pose, velocity, angular_velocity }
+        }
+        _ => State { pose: body.pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO },
+    }
+}
+
+/// Jumps of the frames around an instant, of a body without an impact there.
+fn small_jumps(kinematics: &Kinematics<'_>, time: f64) -> (DVec3, DVec3) {
+    let index = kinematics.interval_at(time).filter(|_| kinematics.is_recorded_at(time));
+    let Some(index) = index else { return (DVec3::ZERO, DVec3::ZERO) };
+    let around = &kinematics.jumps[index..=index + 1];
+    (around.iter().map(|jump| jump.velocity).sum(), around.iter().map(|jump| jump.angular_momentum).sum())
+}

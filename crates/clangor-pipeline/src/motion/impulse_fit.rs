@@ -1,0 +1,176 @@
+//! Impulses at given points that explain given jumps of velocity.
+//!
+//! ```text
+//! minimise  Σ_b ½ m |Δv − Σ j / m|² + ½ (Δω − I⁻¹ Σ r × j)ᵀ I (…)        j·n ≥ 0,  |j_t| ≤ μ j·n
+//! ```
+//!
+//! The gradient at a point is the relative velocity that is not yet explained there, the second derivative
+//! its 3 × 3 inverse mass K: block coordinate descent, which is the sequential impulses of a solver with the
+//! jumps as its right side (Catto 2005). Bodies that nothing moves take impulses and explain nothing.
+
+use glam::{DMat3, DVec3};
+
+/// Most sweeps over all points.
+const SWEEPS: usize = 300;
+/// Change of the impulses in a sweep, relative to the largest, at which the fit ends.
+const CONVERGED: f64 = 1e-7;
+
+/// A body and its jump; its inverse mass is zero if nothing moves it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FitBody {
+    /// 1/m [1/kg].
+    pub(super) inverse_mass: f64,
+    /// I⁻¹, world [1/(kg m²)].
+    pub(super) inverse_inertia: DMat3,
+    /// Centre of mass [m, world].
+    pub(super) centre: DVec3,
+    /// Δv [m/s].
+    pub(super) velocity: DVec3,
+    /// Δω [rad/s].
+    pub(super) angular_velocity: DVec3,
+}
+
+/// A point where two bodies, by their places in the list, may push each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FitContact {
+    pub(super) bodies: [usize; 2],
+    /// [m, world].
+    pub(super) point: DVec3,
+    /// Unit, from the second body to the first.
+    pub(super) normal: DVec3,
+    /// μ.
+    pub(super) friction: f64,
+}
+
+/// Impulses on the first body of each contact [N s], and the share of the energy of the jumps that they leave
+/// unexplained.
+#[derive(Clone, Debug)]
+pub(super) struct Fit {
+    pub(super) impulses: Vec<DVec3>,
+    pub(super) residual: f64,
+}
+
+/// Fits impulses.
+pub(super) fn fit_impulses(bodies: &[FitBody], contacts: &[FitContact]) -> Fit {
+    let mut left = bodies.to_vec();
+    let whole: f64 = left.iter().map(energy).sum();
+    let mut impulses = vec![DVec3::ZERO; contacts.len()];
+    let inverse: Vec<DMat3> = contacts.iter().map(|contact| effective_mass(bodies, contact)).collect();
+    for _ in 0..SWEEPS {
+        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+        for (k, contact) in contacts.iter().enumerate() {
+            let arm = |i: usize| contact.point - left[contact.bodies[i]].centre;
+            let at = |i: usize| {
+                let body = &left[contact.bodies[i]];
+                if body.inverse_mass > 0.0 {
+                    body.velocity + body.angular_velocity.cross(arm(i))
+                } else {
+                    DVec3::ZERO
+                }
+            };
+            let target = impulses[k] + inverse[k] * (at(0) - at(1));
+            let next = within_cone(target, contact.normal, contact.friction);
+            let step = next - impulses[k];
+            let arms = [arm(0), arm(1)];
+            for (i, sign) in [(0, 1.0), (1, -1.0)] {
+                let body = &mut left[contact.bodies[i]];
+                body.velocity -= step * (sign * body.inverse_mass);
+                body.angular_velocity -= body.inverse_inertia * arms[i].cross(step) * sign;
+            }
+            impulses[k] = next;
+            change = change.max(step.length());
+            largest = largest.max(next.length());
+        }
+        if change <= CONVERGED * largest {
+            break;
+        }
+    }
+    let rest: f64 = left.iter().map(energy).sum();
+    Fit { impulses, residual: if whole > 0.0 { rest / whole } else { 0.0 } }
+}
+
+/// K⁻¹ of a contact [kg].
+fn effective_mass(bodies: &[FitBody], contact: &FitContact) -> DMat3 {
+    let inverse = |i: usize| {
+        let body = &bodies[contact.bodies[i]];
+        let cross = skew(contact.point - body.centre);
+        DMat3::from_diagonal(DVec3::splat(body.inverse_mass)) - cross * body.inverse_inertia * cross
+    };
+    let sum = inverse(0) + inverse(1);
+    if sum.determinant() > 0.0 { sum.inverse() } else { DMat3::ZERO }
+}
+
+/// The matrix of a cross product from the left.
+fn skew(v: DVec3) -> DMat3 {
+    DMat3::from_cols(DVec3::new(0.0, v.z, -v.y), DVec3::new(-v.z, 0.0, v.x), DVec3::new(v.y, -v.x, 0.0))
+}
+
+fn within_cone(impulse: DVec3, normal: DVec3, friction: f64) -> DVec3 {
+    let along = impulse.dot(normal);
+    if along <= 0.0 {
+        return DVec3::ZERO;
+    }
+    normal * along + (impulse - normal * along).clamp_length_max(friction * along)
+}
+
+/// Energy of a jump \[J\]; none for a body that nothing moves.
+fn energy(body: &FitBody) -> f64 {
+    if body.inverse_mass <= 0.0 {
+        return 0.0;
+    }
+    let spin = body.angular_velocity;
+    0.5 * body.velocity.length_squared() / body.inverse_mass
+        + 0.5 * spin.dot(body.inverse_inertia.inverse() * spin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ball(inverse_mass: f64, centre: DVec3) -> FitBody {
+        let inverse_inertia = DMat3::from_diagonal(DVec3::splat(inverse_mass / (0.4 * 0.01 * 0.01)));
+        FitBody {
+            inverse_mass,
+            inverse_inertia,
+            centre,
+            velocity: DVec3::ZERO,
+            angular_velocity: DVec3::ZERO,
+        }
+    }
+
+    #[test]
+    fn impulses_at_two_points_of_two_bodies_are_recovered_from_their_jumps() {
+        let mut bodies =
+            [ball(4.0, DVec3::Y * 0.01), ball(2.0, DVec3::new(0.02, 0.01, 0.0)), ball(0.0, DVec3::ZERO)];
+        bodies[2].inverse_inertia = DMat3::ZERO;
+        let contact = |a, b, point, normal| FitContact { bodies: [a, b], point, normal, friction: 0.5 };
+        let contacts =
+            [contact(0, 2, DVec3::ZERO, DVec3::Y), contact(0, 1, DVec3::new(0.01, 0.01, 0.0), DVec3::NEG_X)];
+        let impulses = [DVec3::new(0.03, 0.2, -0.05), DVec3::new(-0.4, 0.1, 0.02)];
+        for (contact, impulse) in contacts.iter().zip(impulses) {
+            for (i, sign) in [(0, 1.0), (1, -1.0)] {
+                let body = &mut bodies[contact.bodies[i]];
+                body.velocity += impulse * (sign * body.inverse_mass);
+                body.angular_velocity +=
+                    body.inverse_inertia * (contact.point - body.centre).cross(impulse) * sign;
+            }
+        }
+        let fit = fit_impulses(&bodies, &contacts);
+        // Seen: 8e-8 N s, and 1e-14 of the energy unexplained.
+        for (found, true_impulse) in fit.impulses.iter().zip(impulses) {
+            assert!((*found - true_impulse).length() < 1e-6, "{found} for {true_impulse}");
+        }
+        assert!(fit.residual < 1e-9, "{}", fit.residual);
+    }
+
+    #[test]
+    fn a_surface_cannot_pull() {
+        let mut bodies =
+            [ball(1.0, DVec3::Y * 0.01), FitBody { inverse_inertia: DMat3::ZERO, ..ball(0.0, DVec3::ZERO) }];
+        bodies[0].velocity = DVec3::NEG_Y;
+        let contact = FitContact { bodies: [0, 1], point: DVec3::ZERO, normal: DVec3::Y, friction: 0.3 };
+        let fit = fit_impulses(&bodies, &[contact]);
+        assert_eq!(fit.impulses, [DVec3::ZERO]);
+        assert_eq!(fit.residual, 1.0);
+    }
+}

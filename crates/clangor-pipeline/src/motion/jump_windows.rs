@@ -1,0 +1,252 @@
+//! Which jumps of a recorded body are impacts, and when they happened.
+//!
+//! A frame counts where its jump exceeds what noise, the threshold of sound and a steady support explain; all
+//! but the first grow with the length of a frame:
+//!
+//! ```text
+//! s > 0.2 v_min + 0.3 g h + 1.2 min(q, 1.5 g h)        q: lower quartile of the jumps around
+//! ```
+//!
+//! An impact between two frames shares its jump J between them, Δₖ = (1 − f) J and Δₖ₊₁ = f J, where f is the
+//! part of the frame that had passed: this is the instant in which the flights before and after meet. Jumps
+//! of two frames are one impact where they have one direction; f follows from their projections on J.
+//! Impacts in frames that follow each other share a jump, and are told apart by their directions:
+//!
+//! ```text
+//! two:    Δ₂ = α Δ₁ + β Δ₃                  J = (1 + α) Δ₁, (1 + β) Δ₃
+//! three:  Δ₃ = β Δ₄ + γ Δ₂ − γ α Δ₁         and (1 + γ)(Δ₂ − α Δ₁) between them        α, β, γ ≥ 0
+//! ```
+
+use clangor_core::body::BodyId;
+use glam::{DMat3, DVec3};
+
+use super::kinematics::{Jump, Kinematics};
+
+/// Frames on both sides that show whether a jump is steady.
+const NEIGHBOURS: usize = 5;
+/// Cosine between two jumps from which they are one.
+const SAME_DIRECTION: f64 = 0.9;
+/// Unexplained share of the energy of a jump up to which it is shared by two impacts.
+const UNEXPLAINED: f64 = 0.05;
+/// Weight of the rotation where directions of jumps are compared.
+const TURNING_WEIGHT: f64 = 0.05;
+/// Determinant of a matrix of products over that of its diagonal from which directions differ.
+const SINGULAR: f64 = 1e-9;
+/// Largest ratio of the two shares of an impact.
+const LARGEST_RATIO: f64 = 30.0;
+/// The same for a jump that is small against its neighbour, whose direction is uncertain.
+const SMALL_SAME_DIRECTION: f64 = 0.5;
+
+/// An impact seen by one body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JumpWindow {
+    pub(super) body: BodyId,
+    /// First frame with a share.
+    pub(super) first: usize,
+    /// Last frame with a share: the same or the next.
+    pub(super) last: usize,
+    /// Instant \[s\].
+    pub(super) time: f64,
+    /// Length of the frame around it \[s\].
+    pub(super) span: f64,
+    /// Jump of the velocity [m/s].
+    pub(super) velocity: DVec3,
+    /// Jump of the angular momentum [kg m²/s].
+    pub(super) angular_momentum: DVec3,
+}
+
+/// The impacts of a body, in order of time.
+pub(super) fn jump_windows(body: BodyId, kinematics: &Kinematics<'_>, v_min: f64) -> Vec<JumpWindow> {
+    let run = Run { body, kinematics, thresholds: thresholds(kinematics, v_min) };
+    let mut windows: Vec<JumpWindow> = Vec::new();
+    let mut k = 1;
+    while k + 1 < kinematics.frames.len() {
+        if !run.is_hit(k) {
+            k += 1;
+            continue;
+        }
+        let before = windows.last().map_or(0, |window| window.last);
+        // Longer runs are taken apart like those of four.
+        let length = (k..k + 4).take_while(|frame| run.is_hit(*frame)).count();
+        let (found, frames) = run.first_impacts(k, length, before);
+        windows.extend(found);
+        k += frames;
+    }
+    windows
+}
+
+/// A body and the jumps from which its frames count.
+struct Run<'a> {
+    body: BodyId,
+    kinematics: &'a Kinematics<'a>,
+    thresholds: Vec<f64>,
+}
+
+impl Run<'_> {
+    fn is_hit(&self, k: usize) -> bool {
+        self.kinematics.jumps.get(k).is_some_and(|jump| jump.size > self.thresholds[k])
+    }
+
+    /// The first impacts of a run of frames that count, and how many of its frames they take; `before` is the
+    /// last frame of the impact before.
+    fn first_impacts(&self, k: usize, length: usize, before: usize) -> (Vec<JumpWindow>, usize) {
+        let is_one = |k: usize| cosine(self.kinematics, k, k + 1) > SAME_DIRECTION;
+        match length {
+            0 | 1 => {}
+            _ if is_one(k) => return (vec![self.window(k, k + 1)], 2),
+            2 => {}
+            3 => {
+                if let Some(found) = self.two_impacts(k) {
+                    return (found.into(), 3);
+                }
+            }
+            _ => {
+                if let Some(found) = self.three_impacts(k) {
+                    return (found.into(), 4);
+                }
+                if let Some(found) = self.two_impacts(k) {
+                    return (found.into(), 3);
+                }
+            }
+        }
+        (vec![self.single(k, before)], 1)
+    }
+
+    /// An impact near one frame, with the share below the threshold that a neighbour may have.
+    fn single(&self, k: usize, before: usize) -> JumpWindow {
+        let share = |other: usize| {
+            let is_free = other > before && other > 0 && other + 1 < self.kinematics.frames.len();
+            let joins =
+                is_free && !self.is_hit(other) && cosine(self.kinematics, k, other) > SMALL_SAME_DIRECTION;
+            if joins { self.kinematics.jumps[other].size } else { 0.0 }
+        };
+        let (earlier, later) = (share(k - 1), share(k + 1));
+        match (earlier, later) {
+            _ if later > earlier => self.window(k, k + 1),
+            _ if earlier > 0.0 => self.window(k - 1, k),
+            _ => self.window(k, k),
+        }
+    }
+
+    /// Two impacts in the two intervals between three frames.
+    fn two_impacts(&self, k: usize) -> Option<[JumpWindow; 2]> {
+        let [first, middle, last] = [k, k + 1, k + 2].map(|k| self.kinematics.jumps[k]);
+        let [alpha, beta] = self.combination(k, &middle, [&first, &last])?;
+        Some([
+            self.shared(k, scaled(&first, 1.0 + alpha), alpha / (1.0 + alpha)),
+            self.shared(k + 1, scaled(&last, 1.0 + beta), 1.0 / (1.0 + beta)),
+        ])
+    }
+
+    /// Three impacts in the three intervals between four frames.
+    fn three_impacts(&self, k: usize) -> Option<[JumpWindow; 3]> {
+        let [one, two, three, four] = [k, k + 1, k + 2, k + 3].map(|k| self.kinematics.jumps[k]);
+        let [beta, gamma, delta] = self.combination(k, &three, [&four, &two, &scaled(&one, -1.0)])?;
+        let alpha = if gamma > 0.0 { delta / gamma } else { return None };
+        let rest = sum(&two, &scaled(&one, -alpha));
+        Some([
+            self.shared(k, scaled(&one, 1.0 + alpha), alpha / (1.0 + alpha)),
+            self.shared(k + 1, scaled(&rest, 1.0 + gamma), gamma / (1.0 + gamma)),
+            self.shared(k + 2, scaled(&four, 1.0 + beta), 1.0 / (1.0 + beta)),
+        ])
+    }
+
+    /// Factors of `parts` that sum to `whole`, by least squares; `None` if one is negative, too large for a
+    /// share, or the rest too large.
+    fn combination<const N: usize>(&self, k: usize, whole: &Jump, parts: [&Jump; N]) -> Option<[f64; N]> {
+        let dot = |a: &Jump, b: &Jump| product(self.kinematics, k + 1, a, b);
+        // Two factors are the first two of three.
+        let (mut matrix, mut right) = (DMat3::IDENTITY, DVec3::ZERO);
+        for (i, one) in parts.into_iter().enumerate() {
+            right[i] = dot(one, whole);
+            for (j, other) in parts.into_iter().enumerate() {
+                matrix.col_mut(j)[i] = dot(one, other);
+            }
+        }
+        let scale: f64 = (0..3).map(|i| matrix.col(i)[i]).product();
+        if matrix.determinant() <= SINGULAR * scale {
+            return None;
+        }
+        let solution = matrix.inverse() * right;
+        let factors: [f64; N] = std::array::from_fn(|i| solution[i]);
+        let made = parts
+            .iter()
+            .zip(factors)
+            .fold(Jump::default(), |all, (part, factor)| sum(&all, &scaled(part, factor)));
+        let rest = sum(whole, &scaled(&made, -1.0));
+        let is_share = factors.iter().all(|factor| (0.0..LARGEST_RATIO).contains(factor));
+        (is_share && dot(&rest, &rest) < UNEXPLAINED * dot(whole, whole)).then_some(factors)
+    }
+
+    /// An impact in the interval after frame `k`, after a part of it.
+    fn shared(&self, k: usize, jump: Jump, part: f64) -> JumpWindow {
+        let span = self.kinematics.intervals[k].length;
+        JumpWindow {
+            body: self.body,
+            first: k,
+            last: k + 1,
+            time: self.kinematics.frames[k].time + span * part,
+            span,
+            velocity: jump.velocity,
+            angular_momentum: jump.angular_momentum,
+        }
+    }
+
+    fn window(&self, first: usize, last: usize) -> JumpWindow {
+        let kinematics = self.kinematics;
+        let whole = kinematics.jumps[first];
+        if last == first {
+            let mut single = self.shared(first, whole, 0.0);
+            single.last = first;
+            return single;
+        }
+        let late = kinematics.jumps[last];
+        let whole = sum(&whole, &late);
+        let size = product(kinematics, first, &whole, &whole);
+        let part = if size > 0.0 { product(kinematics, first, &late, &whole) / size } else { 0.0 };
+        self.shared(first, whole, part.clamp(0.0, 1.0))
+    }
+}
+
+fn scaled(jump: &Jump, factor: f64) -> Jump {
+    let (velocity, angular_momentum) = (jump.velocity * factor, jump.angular_momentum * factor);
+    Jump { velocity, angular_momentum, ..*jump }
+}
+
+fn sum(a: &Jump, b: &Jump) -> Jump {
+    Jump {
+        velocity: a.velocity + b.velocity,
+        angular_momentum: a.angular_momentum + b.angular_momentum,
+        ..*a
+    }
+}
+
+fn thresholds(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<f64> {
+    let (jumps, g) = (&kinematics.jumps, kinematics.inertia.gravity.length());
+    (0..jumps.len())
+        .map(|k| {
+            let fall = g * jumps[k].span;
+            let low = k.saturating_sub(NEIGHBOURS).max(1);
+            let high = (k + NEIGHBOURS + 1).min(jumps.len().saturating_sub(1));
+            let mut around: Vec<f64> =
+                jumps.get(low..high).unwrap_or_default().iter().map(|j| j.size).collect();
+            around.sort_by(f64::total_cmp);
+            let quartile = around.get(around.len() / 4).copied().unwrap_or(0.0);
+            0.2 * v_min + 0.3 * fall + 1.2 * quartile.min(1.5 * fall)
+        })
+        .collect()
+}
+
+/// Product of two jumps [m²/s²]. Velocities have the direction of the impulse; the rotation in a frame with
+/// an impact is exact only for small angles, and tells apart what velocities cannot.
+fn product(kinematics: &Kinematics<'_>, at: usize, a: &Jump, b: &Jump) -> f64 {
+    let inverse = kinematics.inertia.inverse_at(kinematics.frames[at].pose.orientation);
+    let turning = a.angular_momentum.dot(inverse * b.angular_momentum) / kinematics.inertia.mass;
+    a.velocity.dot(b.velocity) + TURNING_WEIGHT * turning
+}
+
+fn cosine(kinematics: &Kinematics<'_>, k: usize, other: usize) -> f64 {
+    let (Some(a), Some(b)) = (kinematics.jumps.get(k), kinematics.jumps.get(other)) else { return 0.0 };
+    let square = product(kinematics, k, a, a) * product(kinematics, k, b, b);
+    if square > 0.0 { product(kinematics, k, a, b) / square.sqrt() } else { 0.0 }
+}

@@ -1,0 +1,207 @@
+//! Velocities of a recorded body between its frames, their jumps beyond gravity, and its free flight
+//! continued past a frame.
+//!
+//! ```text
+//! vₖ = (xₖ₊₁ − xₖ) / h        Lₖ = R I Rᵀ ωₖ  in the middle of the frame
+//! Δvₖ = vₖ − vₖ₋₁ − g h̄      ΔLₖ = Lₖ − Lₖ₋₁
+//! x(t) = xₖ + v τ + g (τ² + h τ) / 2        L constant, ω = R I⁻¹ Rᵀ L
+//! ```
+//!
+//! In free flight both jumps are zero: vₖ is the velocity in the middle of the frame exactly, ωₖ to second
+//! order in the angle of a frame. An impulse J between frames k and k+1 gives Δvₖ + Δvₖ₊₁ = J / m.
+
+use clangor_core::pose::Pose;
+use glam::{DMat3, DQuat, DVec3};
+
+use super::recording::Frame;
+
+/// Steps of the rotation over one continued frame.
+const ROTATION_STEPS: u32 = 8;
+
+/// Mass of a body and what moves it between impacts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inertia {
+    /// \[kg\].
+    pub(super) mass: f64,
+    /// About the centre of mass, body frame [kg m²].
+    inertia: DMat3,
+    /// Its inverse.
+    inverse: DMat3,
+    /// Gravity [m/s²].
+    pub(super) gravity: DVec3,
+}
+
+impl Inertia {
+    /// Of a mass \[kg\] with an inertia about its centre [kg m², body], under gravity [m/s²].
+    pub(super) fn new(mass: f64, inertia: DMat3, gravity: DVec3) -> Self {
+        Inertia { mass, inertia, inverse: inertia.inverse(), gravity }
+    }
+
+    /// I⁻¹ of a body turned by `orientation`, world frame.
+    pub(super) fn inverse_at(&self, orientation: DQuat) -> DMat3 {
+        let rotation = DMat3::from_quat(orientation);
+        rotation * self.inverse * rotation.transpose()
+    }
+}
+
+/// Position and motion of a body at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct State {
+    /// Pose.
+    pub(super) pose: Pose,
+    /// [m/s].
+    pub(super) velocity: DVec3,
+    /// World [rad/s].
+    pub(super) angular_velocity: DVec3,
+}
+
+impl State {
+    /// Velocity of the point of the body at `point` [m, world].
+    pub(super) fn velocity_at(&self, point: DVec3) -> DVec3 {
+        self.velocity + self.angular_velocity.cross(point - self.pose.position)
+    }
+}
+
+/// Mean motion between two frames.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interval {
+    /// \[s\].
+    pub(super) length: f64,
+    /// [m/s].
+    pub(super) velocity: DVec3,
+    /// World [rad/s].
+    pub(super) angular_velocity: DVec3,
+    /// World [kg m²/s].
+    angular_momentum: DVec3,
+}
+
+/// Change of motion at a frame beyond that of free flight.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Jump {
+    /// Δv [m/s].
+    pub(super) velocity: DVec3,
+    /// ΔL [kg m²/s].
+    pub(super) angular_momentum: DVec3,
+    /// √(Δv² + ΔL·I⁻¹ΔL / m) [m/s].
+    pub(super) size: f64,
+    /// Mean length of the frames before and after \[s\].
+    pub(super) span: f64,
+}
+
+/// A recorded body with its velocities and jumps.
+pub(super) struct Kinematics<'a> {
+    pub(super) frames: &'a [Frame],
+    pub(super) inertia: Inertia,
+    pub(super) intervals: Vec<Interval>,
+    /// One for each frame; zero at the first and the last.
+    pub(super) jumps: Vec<Jump>,
+}
+
+impl<'a> Kinematics<'a> {
+    pub(super) fn new(frames: &'a [Frame], inertia: Inertia) -> Self {
+        let intervals: Vec<Interval> = frames.windows(2).map(|w| interval(&w[0], &w[1], &inertia)).collect();
+        let mut jumps = vec![Jump::default(); frames.len()];
+        for (k, pair) in intervals.windows(2).enumerate() {
+            let span = 0.5 * (pair[0].length + pair[1].length);
+            let velocity = pair[1].velocity - pair[0].velocity - inertia.gravity * span;
+            let angular_momentum = pair[1].angular_momentum - pair[0].angular_momentum;
+            let turning = inertia.inverse_at(frames[k + 1].pose.orientation) * angular_momentum;
+            let energy = velocity.length_squared() + angular_momentum.dot(turning).max(0.0) / inertia.mass;
+            jumps[k + 1] = Jump { velocity, angular_momentum, size: energy.sqrt(), span };
+        }
+        Kinematics { frames, inertia, intervals, jumps }
+    }
+
+    /// The interval that holds a time; the first or last outside.
+    pub(super) fn interval_at(&self, time: f64) -> Option<usize> {
+        let last = self.intervals.len().checked_sub(1)?;
+        Some(self.frames.partition_point(|frame| frame.time <= time).saturating_sub(1).min(last))
+    }
+
+    /// A ball that holds the centre of the body at all instants within two frames of `time`: centre and
+    /// radius \[m\].
+    pub(super) fn way_around(&self, time: f64) -> Option<(DVec3, f64)> {
+        let index = self.interval_at(time)?;
+        let near = &self.intervals[index.saturating_sub(3)..(index + 4).min(self.intervals.len())];
+        let speed = near.iter().map(|interval| interval.velocity.length()).fold(0.0, f64::max);
+        let span = near.iter().map(|interval| interval.length).fold(0.0, f64::max);
+        let fall = self.inertia.gravity.length() * span;
+        Some((self.frames[index].pose.position, 4.0 * span * (speed + 2.0 * fall)))
+    }
+
+    /// The motion of interval `index` continued to `time` with the acceleration that the body had before it.
+    pub(super) fn continued(&self, index: usize, time: f64) -> State {
+        let (interval, end) = (self.intervals[index], self.frames[index + 1]);
+        let tau = time - end.time;
+        let acceleration = self.acceleration_before(index);
+        let h = interval.length;
+        let position =
+            end.pose.position + interval.velocity * tau + acceleration * (0.5 * (tau * tau + h * tau));
+        let velocity = interval.velocity + acceleration * (tau + 0.5 * h);
+        let mut orientation = end.pose.orientation;
+        let step = tau / f64::from(ROTATION_STEPS);
+        let momentum = interval.angular_momentum;
+        let spin = |q: DQuat| self.inertia.inverse_at(q) * momentum;
+        for _ in 0..ROTATION_STEPS {
+            let middle = DQuat::from_scaled_axis(spin(orientation) * (0.5 * step)) * orientation;
+            orientation = (DQuat::from_scaled_axis(spin(middle) * step) * orientation).normalize();
+        }
+        State { pose: Pose { position, orientation }, velocity, angular_velocity: spin(orientation) }
+    }
+
+    /// Gravity in free flight; nothing where a support has held the body in the frame before.
+    fn acceleration_before(&self, index: usize) -> DVec3 {
+        let gravity = self.inertia.gravity;
+        if self.is_supported(index) { DVec3::ZERO } else { gravity }
+    }
+
+    /// Whether a steady force has cancelled gravity at the frame at which interval `index` begins.
+    pub(super) fn is_supported(&self, index: usize) -> bool {
+        let (jump, g) = (self.jumps[index], self.inertia.gravity);
+        let held = -g * jump.span;
+        held.length() > 0.0 && (jump.velocity - held).length() < 0.5 * held.length()
+    }
+
+    /// Whether a time lies between the first frame and the last.
+    pub(super) fn is_recorded_at(&self, time: f64) -> bool {
+        let ends = self.frames.first().zip(self.frames.last());
+        ends.is_some_and(|(first, last)| (first.time..=last.time).contains(&time))
+    }
+
+    /// State at a time in a frame without an impact: the frame before continued; the means of the frame where
+    /// that has a jump, or none is before it. Outside the frames the body rests in its first or last pose.
+    pub(super) fn at(&self, time: f64) -> Option<State> {
+        let index = self.interval_at(time)?;
+        if !self.is_recorded_at(time) {
+            let end = if time < self.frames[0].time { 0 } else { self.frames.len() - 1 };
+            let pose = self.frames[end].pose;
+            return Some(State { pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO });
+        }
+        let jump = self.jumps[index];
+        let is_smooth = jump.size < 2.0 * self.inertia.gravity.length() * jump.span;
+        if index > 0 && is_smooth {
+            return Some(self.continued(index - 1, time));
+        }
+        let (from, interval) = (self.frames[index], self.intervals[index]);
+        let tau = (time - from.time).clamp(0.0, interval.length);
+        let position = from.pose.position + interval.velocity * tau;
+        let turn = DQuat::from_scaled_axis(interval.angular_velocity * tau);
+        let orientation = (turn * from.pose.orientation).normalize();
+        let Interval { velocity, angular_velocity, .. } = interval;
+        Some(State { pose: Pose { position, orientation }, velocity, angular_velocity })
+    }
+}
+
+fn interval(from: &Frame, to: &Frame, inertia: &Inertia) -> Interval {
+    let length = to.time - from.time;
+    let mut turn = to.pose.orientation * from.pose.orientation.inverse();
+    if turn.w < 0.0 {
+        turn = -turn;
+    }
+    let angle = turn.to_scaled_axis();
+    let angular_velocity = angle / length;
+    let middle = DMat3::from_quat(DQuat::from_scaled_axis(0.5 * angle) * from.pose.orientation);
+    let angular_momentum = middle * inertia.inertia * middle.transpose() * angular_velocity;
+    let velocity = (to.pose.position - from.pose.position) / length;
+    Interval { length, velocity, angular_velocity, angular_momentum }
+}

@@ -1,0 +1,183 @@
+//! Where two surfaces touch: points, normals and gaps, from surfaces that meet, nearly meet or overlap a
+//! little.
+//!
+//! Points of each surface, its vertices and points along long edges, are held against the other: a corner on
+//! a face is found exactly, an edge on an edge to the distance of those points. Of a mesh with more than 6000
+//! vertices only every second, third, … is held, and corners are found to their distance. Spheres and planes
+//! are exact.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use clangor_core::body::{MeshSurface, Surface};
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::pose::Pose;
+use glam::DVec3;
+
+/// Edges are divided into parts of at most this share of the bounding radius.
+const EDGE_SHARE: f64 = 0.12;
+/// Most points of a surface; more vertices are thinned.
+const MOST_POINTS: usize = 6000;
+/// Points that are kept of a contact.
+const KEPT: usize = 5;
+
+/// A surface with the points that are held against others.
+pub(super) struct SampledSurface {
+    pub(super) surface: Arc<Surface>,
+    pub(super) radius: f64,
+    points: Vec<DVec3>,
+}
+
+impl SampledSurface {
+    pub(super) fn new(surface: &Arc<Surface>) -> Self {
+        let radius = surface.bounding_radius();
+        let points = match &**surface {
+            Surface::Mesh(mesh) => sample(&mesh.mesh, EDGE_SHARE * radius),
+            _ => Vec::new(),
+        };
+        SampledSurface { surface: Arc::clone(surface), radius, points }
+    }
+}
+
+fn sample(mesh: &TriMesh, longest: f64) -> Vec<DVec3> {
+    let stride = mesh.vertices.len().div_ceil(MOST_POINTS).max(1);
+    let mut points: Vec<DVec3> = mesh.vertices.iter().copied().step_by(stride).collect();
+    let mut edges: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+    for triangle in &mesh.triangles {
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            let (a, b) = (triangle[a].min(triangle[b]), triangle[a].max(triangle[b]));
+            let length = mesh.vertices[a as usize].distance(mesh.vertices[b as usize]);
+            edges.insert((a, b), length);
+        }
+    }
+    for ((a, b), length) in edges {
+        let parts = (length / longest).ceil().min(64.0) as u32;
+        if points.len() + parts as usize > MOST_POINTS {
+            break;
+        }
+        let (a, b) = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
+        points.extend((1..parts).map(|k| a.lerp(b, f64::from(k) / f64::from(parts))));
+    }
+    points
+}
+
+/// A surface and where it is.
+#[derive(Clone, Copy)]
+pub(super) struct Placed<'a> {
+    pub(super) sampled: &'a SampledSurface,
+    pub(super) pose: Pose,
+}
+
+/// A point where two surfaces touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Touch {
+    /// Midway between the surfaces [m, world].
+    pub(super) point: DVec3,
+    /// Unit, from the second surface to the first.
+    pub(super) normal: DVec3,
+    /// Distance of the surfaces \[m\], negative where they overlap.
+    pub(super) gap: f64,
+}
+
+impl Touch {
+    fn turned(self) -> Self {
+        Touch { normal: -self.normal, ..self }
+    }
+}
+
+/// Whether the bounding balls come within a distance \[m\].
+pub(super) fn may_touch(a: Placed<'_>, b: Placed<'_>, within: f64) -> bool {
+    let height = |plane: Placed<'_>, other: Placed<'_>| plane.pose.body_from_world(other.pose.position).y;
+    match (a.sampled.surface.is_plane(), b.sampled.surface.is_plane()) {
+        (true, true) => false,
+        (true, false) => height(a, b) < b.sampled.radius + within,
+        (false, true) => height(b, a) < a.sampled.radius + within,
+        (false, false) => {
+            a.pose.position.distance(b.pose.position) < a.sampled.radius + b.sampled.radius + within
+        }
+    }
+}
+
+/// Points of two surfaces with a gap of at most `within` \[m\]: the deepest, and those that are farthest from
+/// the ones before.
+pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
+    if !may_touch(a, b, within) {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    match (&*a.sampled.surface, &*b.sampled.surface) {
+        (Surface::Sphere { radius }, _) => found.extend(ball_touch(a.pose.position, *radius, b)),
+        (_, Surface::Sphere { radius }) => {
+            found.extend(ball_touch(b.pose.position, *radius, a).map(Touch::turned));
+        }
+        _ => {
+            found.extend(point_touches(a, b, within));
+            found.extend(point_touches(b, a, within).into_iter().map(Touch::turned));
+        }
+    }
+    found.retain(|touch| touch.gap <= within);
+    spread(found)
+}
+
+/// The ball touches the surface in one point.
+fn ball_touch(centre: DVec3, radius: f64, other: Placed<'_>) -> Option<Touch> {
+    let (distance, normal) = distance_and_normal(centre, other, f64::INFINITY)?;
+    let gap = distance - radius;
+    Some(Touch { point: centre - normal * (radius + 0.5 * gap), normal, gap })
+}
+
+/// Points of `a` near the surface `b`.
+fn point_touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
+    let points = a.sampled.points.iter().map(|point| a.pose.world_from_body(*point));
+    let touch = |point: DVec3| {
+        let (gap, normal) = distance_and_normal(point, b, within)?;
+        Some(Touch { point: point - normal * (0.5 * gap), normal, gap })
+    };
+    points.filter_map(touch).collect()
+}
+
+/// Signed distance of a point from a surface \[m\], and the direction away from it; `None` where it is
+/// certainly farther than `within`.
+fn distance_and_normal(point: DVec3, other: Placed<'_>, within: f64) -> Option<(f64, DVec3)> {
+    let local = other.pose.body_from_world(point);
+    match &*other.sampled.surface {
+        Surface::HalfSpace | Surface::Plate { .. } => Some((local.y, other.pose.orientation * DVec3::Y)),
+        Surface::Sphere { radius } => {
+            Some((local.length() - radius, other.pose.orientation * local.try_normalize()?))
+        }
+        Surface::Mesh(mesh) => {
+            if local.length() > other.sampled.radius + within {
+                return None;
+            }
+            let (distance, normal) = mesh_distance(mesh, local)?;
+            Some((distance, other.pose.orientation * normal))
+        }
+    }
+}
+
+fn mesh_distance(mesh: &MeshSurface, local: DVec3) -> Option<(f64, DVec3)> {
+    let nearest = mesh.nearest(local)?;
+    let outward = mesh.normal_at(local)?;
+    let away = local - nearest.position;
+    let distance = nearest.distance.copysign(away.dot(outward));
+    // On the surface the difference has no direction.
+    let clear = 1e-6 * mesh.mesh.diagonal();
+    let normal = if nearest.distance > clear { away / distance } else { outward };
+    Some((distance, normal))
+}
+
+fn spread(mut found: Vec<Touch>) -> Vec<Touch> {
+    let Some(first) = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).copied() else { return found };
+    let mut kept = vec![first];
+    while kept.len() < KEPT {
+        let far =
+            |touch: &Touch| kept.iter().map(|k| k.point.distance(touch.point)).fold(f64::INFINITY, f64::min);
+        let Some(next) = found.iter().max_by(|a, b| far(a).total_cmp(&far(b))).copied() else { break };
+        if far(&next) <= 0.0 {
+            break;
+        }
+        kept.push(next);
+    }
+    found.clear();
+    kept
+}

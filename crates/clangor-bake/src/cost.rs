@@ -13,9 +13,9 @@
 //!
 //! u elastic unknowns, M modes by their density. Measured: a bowl (meridian, 432 unknowns, 47 frequencies)
 //! 3.0 s of CPU time, a plate (384 unknowns, 66 frequencies) 2.5 s; cells with 18 600 unknowns and 2 modes
-//! 6 s, with 46 600 and 37 modes 12 s. Estimates are meant to tell seconds from
-//! minutes, in milliseconds. Not a promise: walls and creases can make a bake several times longer; and not
-//! the choice of a solver, which knows its mesh.
+//! 6 s, with 46 600 and 37 modes 12 s. Estimates are meant to tell seconds from minutes, in milliseconds. Not
+//! a promise: walls and creases can make a bake several times longer; and not the choice of a solver, which
+//! knows its mesh.
 
 pub(crate) mod operations;
 
@@ -33,6 +33,7 @@ use crate::effort::Effort;
 use crate::fem::ElasticConstants;
 use crate::fem::finite_cells::expected;
 use crate::geometry_class::bake_geometry::BakeGeometry;
+use crate::mesh::remesh::resolution::{COARSEST, MANY, WAVE_ERROR, WAVE_SHARE};
 use crate::modal::ModalBakeOptions;
 use crate::modal::audible_modes::first_limit;
 use crate::modal_analysis::modal_density::modes_below;
@@ -43,10 +44,6 @@ pub const PER_SECOND: f64 = 1e10;
 /// Operations of a part of a draft.
 pub const DRAFT: f64 = 2e10;
 
-/// Unknowns above which edges grow, and the most by which they do at 1 %
-/// ([`resolution`](crate::mesh::remesh::resolution)).
-const MANY: f64 = 2500.0;
-const LONGER: f64 = 1.29;
 /// Edges on the shortest wave, and unknowns for each square of an edge, of boundary elements on triangles.
 const EDGES_PER_WAVE: f64 = 6.0;
 const UNKNOWNS_PER_SQUARE: f64 = 1.15;
@@ -114,7 +111,9 @@ fn triangle_unknowns(geometry: &BakeGeometry, wavenumber: f64, accuracy: f64) ->
     let coarsest = UNKNOWNS_PER_SQUARE * area / (0.35 * geometry.bounding_radius()).powi(2);
     let for_wall = UNKNOWNS_PER_SQUARE * area / (wall * wall) * (0.01 / accuracy).powf(1.5).min(10.0);
     let unknowns = for_wall.min(MOST_FOR_WALLS * for_wave.max(300.0)).max(for_wave).max(coarsest);
-    let unknowns = unknowns / (unknowns / MANY).clamp(1.0, (LONGER * LONGER * accuracy / 0.01).max(1.0));
+    // Edges grow with many unknowns, as far as the error of the waves allows.
+    let fewest = (WAVE_SHARE * accuracy / WAVE_ERROR).clamp(1.0, COARSEST * COARSEST);
+    let unknowns = unknowns / (unknowns / MANY).clamp(1.0, fewest);
     let planes = match geometry {
         BakeGeometry::Mesh(mesh) if mesh.triangles.len() > MOST_TRIANGLES => 0,
         geometry => geometry.mirror_normals(accuracy * wall).len(),
@@ -229,7 +228,7 @@ mod tests {
 
     #[test]
     fn seconds_are_told_from_minutes() {
-        let options = BakeOptions::new(TAU * 20e3 / 343.0, 0.01);
+        let options = BakeOptions::new(TAU * 20e3 / Medium::AIR.sound_speed, 0.01);
         let cost = |shape: &str| seconds(of_field(&geometry(shape), &options));
         // Measured: 3.0, 2.5 s.
         for (shape, measured) in [("bowl", 3.0), ("plate", 2.5)] {
@@ -245,8 +244,9 @@ mod tests {
         let glass = presets::GLASS.material();
         for shape in ["bowl", "mug", "die", "box:0.2x0.1x0.03", "ellipsoid:0.2x0.15x0.1"] {
             let geometry = geometry(shape);
-            let field =
-                |hz: f64, accuracy: f64| of_field(&geometry, &BakeOptions::new(TAU * hz / 343.0, accuracy));
+            let field = |hz: f64, accuracy: f64| {
+                of_field(&geometry, &BakeOptions::new(TAU * hz / Medium::AIR.sound_speed, accuracy))
+            };
             assert!(field(2e3, 0.01) <= field(8e3, 0.01) && field(8e3, 0.01) <= field(2e4, 0.01), "{shape}");
             assert!(field(8e3, 0.01) <= field(8e3, 0.002), "{shape}");
             let modes = |hz: f64| {

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use clangor_bake::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use clangor_bake::radiation::{RadiationSample, RadiationSolver};
 use clangor_core::geometry::meridian::{Meridian, Piece};
+use clangor_core::medium::Medium;
 use clangor_core::shape::Shape;
 use glam::{DVec2, DVec3};
 
@@ -69,7 +70,7 @@ fn ball_of_lines(angle: f64, levels: i32) -> Meridian {
 /// Joints of sections that are fitted to meshes. Seen: 8e-8.
 #[test]
 fn converge_small_joints_need_no_grading() {
-    let highest = TAU * 20e3 / 343.0;
+    let highest = TAU * 20e3 / Medium::AIR.sound_speed;
     let order = 16;
     let [whole, graded] = [0, 2].map(|levels| {
         let meridian = ball_of_lines(0.098, levels);

@@ -162,7 +162,7 @@ fn cross_draft_clicks_are_those_of_exact_fields_within_3_db() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release -p clangor-bake --test cross_draft -- --ignored"]
+#[ignore = "half a minute: cargo test --release -p clangor-bake --test cross_draft -- --ignored"]
 fn cross_draft_clicks_of_twenty_bodies() {
     compare(BODIES.iter());
 }
@@ -201,7 +201,7 @@ fn cross_draft_lowest_modes_are_those_of_exact_analyses_within_3_percent() {
 }
 
 #[test]
-#[ignore = "minutes: cargo test --release -p clangor-bake --test cross_draft -- --ignored"]
+#[ignore = "half a minute: cargo test --release -p clangor-bake --test cross_draft -- --ignored"]
 fn cross_draft_lowest_modes_of_twenty_bodies() {
     compare_lowest(BODIES.iter());
 }

@@ -67,39 +67,69 @@ fn hits((bodies, timeline): &(Vec<Body>, Timeline)) -> BTreeMap<String, Vec<Hit>
     hits
 }
 
-/// Share of Σ J²/m that has an impact of the same body within `tolerance` \[s\], each used once; and the
-/// share of those whose impulse is within 20 %, by energy.
-fn found_share(
-    own: &BTreeMap<String, Vec<Hit>>,
-    found: &BTreeMap<String, Vec<Hit>>,
-    tolerance: f64,
-) -> [f64; 2] {
-    let (mut whole, mut hit, mut near) = (0.0, 0.0, 0.0);
-    for (body, hits) in own {
-        let others = found.get(body).map(Vec::as_slice).unwrap_or_default();
-        let mut used = vec![false; others.len()];
-        for one in hits {
-            whole += one.energy;
-            let distance = |k: usize| (others[k].time - one.time).abs();
-            let free = (0..others.len()).filter(|k| !used[*k] && distance(*k) <= tolerance);
-            let Some(k) = free.min_by(|a, b| distance(*a).total_cmp(&distance(*b))) else { continue };
-            used[k] = true;
-            hit += one.energy;
-            if others[k].impulse.distance(one.impulse) < 0.2 * one.impulse.length() {
-                near += one.energy;
-            }
-        }
-    }
-    [hit / whole, near / whole]
+/// How well impacts are found: each of the own ones has at most one of the same body within a tolerance.
+struct Score {
+    /// Share of the own impacts, and of Σ J²/m of them.
+    found: f64,
+    energy: f64,
+    /// Share of the impacts found that are own ones.
+    right: f64,
+    /// Share of those whose impulse is within 20 %, and the same of all Σ J²/m.
+    near: f64,
+    near_energy: f64,
 }
 
-fn shares(folder: &Path, rate: &str) -> [f64; 2] {
+impl Score {
+    /// `tolerance` in seconds.
+    fn of(own: &BTreeMap<String, Vec<Hit>>, found: &BTreeMap<String, Vec<Hit>>, tolerance: f64) -> Self {
+        let (mut whole, mut energy, mut near_energy) = (0.0, 0.0, 0.0);
+        let (mut all, mut hits, mut near) = (0_usize, 0_usize, 0_usize);
+        for (body, own) in own {
+            let others = found.get(body).map(Vec::as_slice).unwrap_or_default();
+            let mut used = vec![false; others.len()];
+            for one in own {
+                whole += one.energy;
+                all += 1;
+                let distance = |k: usize| (others[k].time - one.time).abs();
+                let free = (0..others.len()).filter(|k| !used[*k] && distance(*k) <= tolerance);
+                let Some(k) = free.min_by(|a, b| distance(*a).total_cmp(&distance(*b))) else { continue };
+                used[k] = true;
+                hits += 1;
+                energy += one.energy;
+                if others[k].impulse.distance(one.impulse) < 0.2 * one.impulse.length() {
+                    near += 1;
+                    near_energy += one.energy;
+                }
+            }
+        }
+        let part = |n: usize, of: usize| n as f64 / of.max(1) as f64;
+        Score {
+            found: part(hits, all),
+            energy: energy / whole,
+            right: part(hits, found.values().map(Vec::len).sum()),
+            near: part(near, hits),
+            near_energy: near_energy / whole,
+        }
+    }
+}
+
+fn score(folder: &Path, rate: &str) -> Score {
     let frame = 1.0 / rate.parse::<f64>().unwrap();
     let own = hits(&read(folder, "own.timeline"));
     let found = hits(&read(folder, &format!("{rate}.timeline")));
-    let shares = found_share(&own, &found, (1.5 * frame).max(0.002));
-    println!("{rate} Hz: {:.4} found, {:.4} within 20 %", shares[0], shares[1]);
-    shares
+    let score = Score::of(&own, &found, (1.5 * frame).max(0.002));
+    let Score { found, energy, right, near, near_energy } = &score;
+    println!(
+        "{rate} Hz: found {found:.2}, energy {energy:.4}, right {right:.2}, within 20 % {near:.2}, by energy \
+         {near_energy:.4}"
+    );
+    score
+}
+
+/// Share of Σ J²/m that is found, and that is found with an impulse within 20 %.
+fn shares(folder: &Path, rate: &str) -> [f64; 2] {
+    let Score { energy, near_energy, .. } = score(folder, rate);
+    [energy, near_energy]
 }
 
 const GRANITE: &str = "[render]\nfloor = \"rigid\"\n[[plane]]\nname = \"slab\"\nmaterial = \"granite\"\n";
@@ -188,7 +218,7 @@ fn cross_poses_and_contacts_of_a_drop_sound_as_the_scene_itself() {
 fn cross_most_energy_of_tumbling_dice_is_found_at_120_hz() {
     let folder = tempfile::tempdir().unwrap();
     exported_and_imported(folder.path(), "dice", "", &["120", "1000"]);
-    // Seen: 0.988 and 0.981; 0.9994 and 0.9991.
+    // Seen: 0.981 and 0.964; 0.9996 and 0.9989.
     assert!(shares(folder.path(), "120")[0] > 0.98);
     assert!(shares(folder.path(), "1000")[1] > 0.99);
 }
@@ -198,7 +228,46 @@ fn cross_most_energy_of_tumbling_dice_is_found_at_120_hz() {
 fn cross_most_energy_of_rattling_coins_is_found() {
     let folder = tempfile::tempdir().unwrap();
     exported_and_imported(folder.path(), "coins", "", &["120", "1000"]);
-    // Seen: 0.970 and 0.939; 0.9926 and 0.985.
+    // Seen: 0.984 and 0.961; 1.0000 and 0.9995.
     assert!(shares(folder.path(), "120")[0] > 0.95);
     assert!(shares(folder.path(), "1000")[1] > 0.96);
+}
+
+/// The table of docs/guide/animation.md: `cargo test --release -p clangor-cli --test cross_recorded_motion --
+/// --ignored --nocapture`.
+#[test]
+#[ignore = "a minute, and prints the table of the guide"]
+fn cross_the_table_of_the_guide() {
+    const SLAB: &str = "[render]\nfloor = \"rigid\"\n[[plane]]\nmaterial = \"granite\"\n";
+    const TABLE: &str = "[render]\nfloor = \"rigid\"\nfloor_height = 0.4\n";
+    let scenes =
+        [("ball-drop", GRANITE), ("dice", TABLE), ("coins", TABLE), ("bowls", SLAB), ("mug-and-coin", TABLE)];
+    for (scene, planes) in scenes {
+        println!("{scene}");
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        exported_and_imported(path, scene, planes, &["24", "120", "1000"]);
+        let [_, _, fine] = ["24", "120", "1000"].map(|rate| score(path, rate));
+        // Seen: 0.9978 and more.
+        assert!(fine.energy > 0.98, "{scene}: {}", fine.energy);
+        let sound = |name: &str| {
+            let wav = format!("{name}.wav");
+            let listener = ["--listener", "0.5,0.8,0.5", "--quality", "draft"];
+            clangor(path, &[&["render", name, "-o", &wav, "--to", SECONDS][..], &listener].concat());
+            samples(&path.join(wav))
+        };
+        let ((own, rate), (found, _)) = (sound("own.timeline"), sound("1000.timeline"));
+        // Windows of 10 ms within 60 dB of the loudest.
+        let powers = |samples: &[f32]| -> Vec<f64> {
+            let windows = samples.chunks_exact((0.01 * rate) as usize);
+            windows.map(|window| window.iter().map(|p| f64::from(*p).powi(2)).sum()).collect()
+        };
+        let (own, found) = (powers(&own), powers(&found));
+        let loudest = own.iter().copied().fold(0.0, f64::max);
+        let heard = own.iter().zip(&found).filter(|(own, _)| **own > 1e-6 * loudest);
+        let mut off: Vec<f64> = heard.map(|(own, found)| (10.0 * (found / own).log10()).abs()).collect();
+        off.sort_by(f64::total_cmp);
+        let near = off.iter().filter(|off| **off <= 3.0).count() as f64 / off.len() as f64;
+        println!("  windows within 3 dB: {near:.2}, median difference {:.2} dB", off[off.len() / 2]);
+    }
 }

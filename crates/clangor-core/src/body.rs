@@ -495,3 +495,10 @@ pub struct World {
     /// Gravity \[m/s²\].
     pub gravity: DVec3,
 }
+
+impl World {
+    /// The first body of a name.
+    pub fn body_named(&self, name: &str) -> Option<BodyId> {
+        self.bodies.iter().position(|body| body.name == name).map(|index| BodyId(index as u32))
+    }
+}

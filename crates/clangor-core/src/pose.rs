@@ -31,6 +31,12 @@ impl Pose {
     pub fn body_from_world(&self, point_world: DVec3) -> DVec3 {
         self.orientation.inverse() * (point_world - self.position)
     }
+
+    /// The shortest rotation to another orientation: axis in the world times angle \[rad\].
+    pub fn rotation_to(&self, other: &Pose) -> DVec3 {
+        let turn = other.orientation * self.orientation.inverse();
+        if turn.w < 0.0 { -turn } else { turn }.to_scaled_axis()
+    }
 }
 
 impl From<DVec3> for Pose {
@@ -98,11 +104,7 @@ impl Track {
         let velocity =
             ((p1 - p0) * (6.0 * s - 6.0 * s2) + m0 * (3.0 * s2 - 4.0 * s + 1.0) + m1 * (3.0 * s2 - 2.0 * s))
                 / span;
-        let mut turn = k1.pose.orientation * k0.pose.orientation.inverse();
-        if turn.w < 0.0 {
-            turn = -turn;
-        }
-        let rotation = turn.to_scaled_axis();
+        let rotation = k0.pose.rotation_to(&k1.pose);
         let orientation = (DQuat::from_scaled_axis(rotation * s) * k0.pose.orientation).normalize();
         (Pose { position, orientation }, velocity, rotation / span)
     }

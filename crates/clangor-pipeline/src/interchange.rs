@@ -3,4 +3,5 @@
 pub mod audio_rigid_bodies;
 pub mod body_files;
 mod gltf_bodies;
+mod imported_header;
 pub mod motion_import;

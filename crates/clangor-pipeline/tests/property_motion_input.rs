@@ -1,8 +1,10 @@
 //! Input of recorded motion where a reader may go wrong without a message: times in 32 bits, axes, origins,
 //! clocks, names that look like numbers, and lists that claim too much.
 
+mod recorded_motion;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use clangor_core::body::{BodyId, Motion};
@@ -10,7 +12,7 @@ use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::gltf_motion::{GltfNode, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::body_files::import_contacts;
-use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
+use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
 use parquet::basic::{Compression, ZstdLevel};
@@ -18,8 +20,8 @@ use parquet::data_type::DoubleType;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
+use recorded_motion::{folder, import};
 use serde_json::{Value, json};
-use tempfile::TempDir;
 
 const SCENE: &str = r#"version = 1
 [[body]]
@@ -41,22 +43,6 @@ position = [0.3, 0.4, 0.4]
 const G: f64 = 9.80665;
 const HEAD: &str = "t,body,position_x,position_y,position_z\n";
 const CONTACTS: &str = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n";
-
-fn folder(scene: &str, files: &[(&str, &str)]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for (name, text) in [&[("scene.toml", scene)], files].concat() {
-        fs::write(folder.path().join(name), text).unwrap();
-    }
-    folder
-}
-
-fn import(folder: &Path, motion: &[&str], contacts: &[&str], z_up: bool) -> Result<MotionSummary, String> {
-    let loaded = load_scene(&folder.join("scene.toml"), &|_| ()).unwrap();
-    let paths = |names: &[&str]| names.iter().map(|name| folder.join(name)).collect::<Vec<PathBuf>>();
-    let (gltf, poses) = paths(motion).into_iter().partition(|p| p.extension().is_some_and(|e| e == "gltf"));
-    let files = MotionFiles { gltf, poses, contacts: paths(contacts), z_up };
-    import_motion(&loaded, &files, &folder.join("out.timeline"), true).map_err(|error| error.to_string())
-}
 
 fn timeline(folder: &Path) -> Timeline {
     TimelineReader::open(&folder.join("out.timeline")).unwrap().read_all().unwrap()

@@ -1,21 +1,23 @@
 //! Recordings of other programs: every format and codec says the same, and what is wrong is told by body
 //! and row.
 
+mod recorded_motion;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::ContactKind;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
-use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
-use clangor_pipeline::stages::load::load_scene;
+use clangor_pipeline::interchange::motion_import::MotionSummary;
 use glam::{DQuat, DVec3};
 use parquet::basic::{BrotliLevel, Compression, GzipLevel, ZstdLevel};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
+use recorded_motion::{folder, import};
 use serde_json::json;
 use tempfile::TempDir;
 
@@ -39,25 +41,6 @@ position = [0.3, 0.4, 0.4]
 "#;
 const RATE: f64 = 240.0;
 const G: f64 = 9.80665;
-
-/// A folder with files of these names and texts.
-fn folder(files: &[(&str, &str)]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("scene.toml"), SCENE).unwrap();
-    for (name, text) in files {
-        fs::write(folder.path().join(name), text).unwrap();
-    }
-    folder
-}
-
-fn import(folder: &Path, poses: &[&str], contacts: &[&str], z_up: bool) -> Result<MotionSummary, String> {
-    let loaded = load_scene(&folder.join("scene.toml"), &|_| ()).unwrap();
-    let paths = |names: &[&str]| names.iter().map(|name| folder.join(name)).collect::<Vec<PathBuf>>();
-    let is_gltf = |path: &PathBuf| path.extension().is_some_and(|e| e == "gltf");
-    let (gltf, poses) = paths(poses).into_iter().partition(is_gltf);
-    let files = MotionFiles { gltf, poses, contacts: paths(contacts), z_up };
-    import_motion(&loaded, &files, &folder.join("out.timeline"), true).map_err(|error| error.to_string())
-}
 
 /// Height of a ball that falls from 0.5 m and bounces once, without loss of its half.
 fn height(time: f64) -> f64 {
@@ -127,7 +110,7 @@ fn property_every_format_and_codec_gives_the_same_timeline() {
     // The origin of a sphere is its centre; with z up, y is −z.
     let origin: String = "t,body,origin_x,origin_y,origin_z\n".to_string()
         + &rows().into_iter().map(|[t, y]| format!("{t},0,0,0,{y}\n")).collect::<String>();
-    let folder = folder(&[("a.csv", &poses_csv()), ("b.jsonl", &jsonl), ("z.csv", &origin)]);
+    let folder = folder(SCENE, &[("a.csv", &poses_csv()), ("b.jsonl", &jsonl), ("z.csv", &origin)]);
     let path = folder.path();
     let first = import(path, &["a.csv"], &[], false).unwrap();
     assert_eq!((first.moved, first.found.as_ref().unwrap().confidence.len()), (1, 1));
@@ -156,7 +139,7 @@ fn property_every_format_and_codec_gives_the_same_timeline() {
 
 #[test]
 fn property_the_body_keeps_its_mass_and_moves_as_recorded() {
-    let folder = folder(&[("a.csv", &poses_csv())]);
+    let folder = folder(SCENE, &[("a.csv", &poses_csv())]);
     import(folder.path(), &["a.csv"], &[], false).unwrap();
     let reader = TimelineReader::open(&folder.path().join("out.timeline")).unwrap();
     let ball = &reader.header().world.bodies[0];
@@ -181,7 +164,7 @@ fn property_a_contact_on_a_plane_belongs_to_it_unless_the_list_names_another() {
     let list = |second: &str, y: f64| format!("{CONTACTS}0.3161,ball,{second},0,{y},0,0,1,0,0.1,3.1\n");
     let poses = poses_csv();
     let files = [("a.csv", poses.as_str()), ("none.csv", &list("", 0.0)), ("world.csv", &list("world", 0.0))];
-    let folder = folder(&files);
+    let folder = folder(SCENE, &files);
     let summary = import(folder.path(), &["a.csv"], &["none.csv"], false).unwrap();
     assert_eq!(timeline(folder.path()).contacts[0].body_b, BodyId(2));
     assert!(summary.notices.iter().any(|notice| notice.contains("belong to the plane floor")), "{summary:?}");
@@ -205,14 +188,14 @@ fn property_impossible_contacts_are_refused_with_row_and_body() {
     ];
     for (row, wanted) in cases {
         let list = format!("{CONTACTS}{row}\n");
-        let folder = folder(&[("a.csv", &poses), ("list.csv", &list)]);
+        let folder = folder(SCENE, &[("a.csv", &poses), ("list.csv", &list)]);
         let message = import(folder.path(), &["a.csv"], &["list.csv"], false).unwrap_err();
         assert!(message.contains(wanted), "{message}");
         assert!(!folder.path().join("out.timeline").exists());
     }
     let receding = "{\"t\": 0.3161, \"body_a\": \"ball\", \"body_b\": \"floor\", \"point\": [0, 0, 0], \
                     \"normal\": [0, 1, 0], \"impulse_n\": 0.1, \"velocity\": [0, 2, 0]}\n";
-    let folder = folder(&[("a.csv", &poses), ("list.jsonl", receding)]);
+    let folder = folder(SCENE, &[("a.csv", &poses), ("list.jsonl", receding)]);
     let message = import(folder.path(), &["a.csv"], &["list.jsonl"], false).unwrap_err();
     assert!(message.contains("row 1: ball recedes from what it hits with 2 m/s"), "{message}");
 }
@@ -250,12 +233,12 @@ fn property_bad_poses_are_refused_with_row_and_body() {
         (format!("{head}0,ball,0\n"), "line 2: there are 3 values, but the header has 5"),
     ];
     for (text, wanted) in cases {
-        let folder = folder(&[("a.csv", &text)]);
+        let folder = folder(SCENE, &[("a.csv", &text)]);
         let message = import(folder.path(), &["a.csv"], &[], false).unwrap_err();
         assert!(message.contains(wanted), "{text}: {message}");
         assert!(!folder.path().join("out.timeline").exists());
     }
-    let damaged = folder(&[("a.parquet", "PAR1 but nothing else"), ("a.txt", "")]);
+    let damaged = folder(SCENE, &[("a.parquet", "PAR1 but nothing else"), ("a.txt", "")]);
     for (name, wanted) in
         [("a.parquet", "damaged or no Parquet"), ("a.txt", "name it .csv"), ("b.csv", "cannot read")]
     {
@@ -271,7 +254,7 @@ fn property_doubtful_poses_are_told() {
     let z_up: String = head.to_string()
         + &rows().into_iter().map(|[t, y]| format!("{t},ball,0,3,{y}\n")).collect::<String>();
     for (text, wanted) in [(uneven, "frames are 0.01 s to 0.0"), (z_up, "import it with --up z")] {
-        let folder = folder(&[("a.csv", &text)]);
+        let folder = folder(SCENE, &[("a.csv", &text)]);
         let summary = import(folder.path(), &["a.csv"], &[], false).unwrap();
         assert!(summary.notices.iter().any(|notice| notice.contains(wanted)), "{:?}", summary.notices);
     }
@@ -325,7 +308,7 @@ fn import_gltf(text: &str) -> (TempDir, Result<MotionSummary, String>) {
     let mut document: serde_json::Value = serde_json::from_str(text).unwrap();
     let bytes = document.as_object_mut().unwrap().remove("data").unwrap();
     let bytes: Vec<u8> = serde_json::from_value(bytes).unwrap();
-    let folder = folder(&[("a.gltf", &document.to_string())]);
+    let folder = folder(SCENE, &[("a.gltf", &document.to_string())]);
     fs::write(folder.path().join("data.bin"), bytes).unwrap();
     let summary = import(folder.path(), &["a.gltf"], &[], false);
     (folder, summary)

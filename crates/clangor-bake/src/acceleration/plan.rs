@@ -365,7 +365,7 @@ mod tests {
     use super::*;
 
     fn plan_of(geometry: &BakeGeometry, frequency: f64) -> (Vec<Candidate>, f64, f64) {
-        let options = BakeOptions::new(TAU * frequency / 343.0, 0.01);
+        let options = BakeOptions::new(TAU * frequency / Medium::AIR.sound_speed, 0.01);
         let plan = FieldPlan::new(geometry, &options).expect("a plan");
         assert_eq!(plan.warnings.is_empty(), plan.max_wavenumber == options.max_wavenumber);
         let said = "it clicks up to ";
@@ -380,10 +380,18 @@ mod tests {
         let (small, _, cheap) = plan_of(&block(0.04, 0.03, 0.02), 20e3);
         assert!(matches!(small[0], Candidate::Patches));
         let (large, k, dear) = plan_of(&block(0.12, 0.3, 0.12), 20e3);
-        assert!(matches!(large[0], Candidate::Triangles(_)) && k == TAU * 20e3 / 343.0, "{large:?}");
+        assert!(
+            matches!(large[0], Candidate::Triangles(_)) && k == TAU * 20e3 / Medium::AIR.sound_speed,
+            "{large:?}"
+        );
         assert!(dear > 10.0 * cheap && dear <= MOST_OPERATIONS, "{dear:e} {cheap:e}");
         let (_, k, operations) = plan_of(&block(2.0, 0.8, 0.04), 20e3);
-        assert!(k < TAU * 10e3 / 343.0 && k > TAU * 1e3 / 343.0 && operations <= MOST_OPERATIONS, "{k}");
+        assert!(
+            k < TAU * 10e3 / Medium::AIR.sound_speed
+                && k > TAU * 1e3 / Medium::AIR.sound_speed
+                && operations <= MOST_OPERATIONS,
+            "{k}"
+        );
         // No body is too large for some band.
         let (_, k, _) = plan_of(&block(40.0, 30.0, 0.01), 20e3);
         assert!(k > 0.0);

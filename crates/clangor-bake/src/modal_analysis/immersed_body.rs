@@ -43,7 +43,7 @@ const CREASED_GAIN: f64 = 3.0;
 const CREASED_CONVERGENCE: f64 = 2.0;
 /// Factor on the node limit for the estimate of a grid that is not made yet.
 const MOST_EXPECTED: f64 = 1.5;
-/// Share of the node limit for grids that are finer than the waves in the band want. A node of a cell has
+/// Share of the node limit for accurate grids that are finer than the waves in the band want. A node of a cell has
 /// many more neighbours than one of a tetrahedron, and the errors of inner edges fall too slowly to be worth
 /// larger factors.
 const FINER_SHARE: f64 = 0.125;
@@ -200,6 +200,9 @@ impl RefinableDiscretization for ImmersedBody<'_> {
         let last = self.last_order();
         if than.order < last {
             return self.with(than.edge, last);
+        }
+        if self.effort == CellEffort::Draft {
+            return self.with(than.edge / ratio, last);
         }
         let most = FINER_SHARE * self.most_nodes as f64;
         let finest = edge_of_nodes(self.surface.area(), self.volume, most);

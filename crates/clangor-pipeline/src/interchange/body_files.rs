@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::TimelineSink;
 
+use super::imported_header::imported_header;
 use crate::formats::contact_list::{ContactListError, read_listed_contacts};
 use crate::formats::glb::{GlbError, GlbSummary, write_glb};
-use crate::formats::timeline_file::{
-    Origin, TimelineError, TimelineHeader, TimelineReader, TimelineSummary, TimelineWriter,
-};
+use crate::formats::timeline_file::{TimelineError, TimelineReader, TimelineSummary, TimelineWriter};
 use crate::motion::contact_checks::{ContactFault, check_contacts, time_outside};
 use crate::motion::recording::MAX_TIME;
 use crate::stages::load::LoadedScene;
@@ -90,7 +89,7 @@ pub fn import_contacts(
     replace: bool,
 ) -> Result<ImportedContacts, InterchangeError> {
     let bodies = &loaded.world.bodies;
-    let named = |name: &str| bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
+    let named = |name: &str| loaded.world.body_named(name);
     let rows = read_listed_contacts(list, bodies.len(), &named)?;
     if let Some(time) = time_outside(&rows) {
         return Err(InterchangeError::Time { path: list.into(), time });
@@ -102,23 +101,8 @@ pub fn import_contacts(
     };
     let (rows, notices) = check_contacts(&loaded.world, rows, &pose_of)
         .map_err(|fault| InterchangeError::Contact { path: list.into(), fault })?;
-    let simulation = &loaded.scene.simulation;
-    let header = TimelineHeader {
-        world: loaded.world.clone(),
-        medium: loaded.scene.acoustics.medium,
-        origin: Origin {
-            solver: "contact list".into(),
-            time_step: 0.0,
-            duration: rows.last().map_or(0.0, |r| r.time).max(simulation.duration),
-            v_min: simulation.v_min,
-            pose_rate: 0.0,
-            raw_log: false,
-            sleep: false,
-            seed: simulation.seed,
-            impact_modes: Vec::new(),
-        },
-        scene: Some(loaded.text.clone()),
-    };
+    let duration = rows.last().map_or(0.0, |r| r.time).max(loaded.scene.simulation.duration);
+    let header = imported_header(loaded, loaded.world.clone(), "contact list", duration);
     let mut writer = TimelineWriter::create(output, &header, replace)?;
     for row in &rows {
         writer.contact(row).map_err(|source| InterchangeError::Row { path: output.into(), source })?;

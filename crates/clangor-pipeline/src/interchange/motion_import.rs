@@ -14,10 +14,11 @@ use clangor_core::timeline::{ContactRow, PoseRow, TimelineSink};
 use glam::{DQuat, DVec3};
 
 use super::gltf_bodies::add_nodes;
+use super::imported_header::imported_header;
 use crate::formats::contact_list::{ListedContact, read_listed_contacts};
 use crate::formats::gltf_motion::read_gltf_motion;
 use crate::formats::pose_table::{PositionOf, read_pose_table};
-use crate::formats::timeline_file::{Origin, TimelineHeader, TimelineSummary, TimelineWriter};
+use crate::formats::timeline_file::{TimelineSummary, TimelineWriter};
 use crate::motion::contact_checks::{ContactFault, check_clock, check_contacts, time_outside};
 use crate::motion::impacts::{MotionImpacts, find_impacts};
 use crate::motion::recording::{Frame, RecordedBody, check_frames, notices};
@@ -96,7 +97,7 @@ pub fn import_motion(
     let frames = recorded.iter().filter_map(|body| Some(body.frames.last()?.time));
     let keys = world.bodies[loaded.world.bodies.len()..].iter().filter_map(last_of);
     let duration = frames.chain(keys).chain(contacts.iter().map(|row| row.time)).fold(0.0, f64::max);
-    let header = header(loaded, world, duration);
+    let header = imported_header(loaded, world, "recorded motion", duration);
     let mut writer = TimelineWriter::create(output, &header, replace)?;
     let failed = |source| MotionImportError::Row { path: output.into(), source };
     for row in &contacts {
@@ -112,26 +113,6 @@ pub fn import_motion(
 
 fn loaded_name(world: &World, id: BodyId) -> String {
     world.bodies.get(id.index()).map_or_else(String::new, |body| body.name.clone())
-}
-
-fn header(loaded: &LoadedScene, world: World, duration: f64) -> TimelineHeader {
-    let simulation = &loaded.scene.simulation;
-    TimelineHeader {
-        world,
-        medium: loaded.scene.acoustics.medium,
-        origin: Origin {
-            solver: "recorded motion".into(),
-            time_step: 0.0,
-            duration,
-            v_min: simulation.v_min,
-            pose_rate: 0.0,
-            raw_log: false,
-            sleep: false,
-            seed: simulation.seed,
-            impact_modes: Vec::new(),
-        },
-        scene: Some(loaded.text.clone()),
-    }
 }
 
 /// The bodies that files move.
@@ -216,7 +197,7 @@ fn read_poses(
     path: &Path,
     z_up: bool,
 ) -> Result<Vec<RecordedBody>, MotionImportError> {
-    let named = |name: &str| world.bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
+    let named = |name: &str| world.body_named(name);
     let table = read_pose_table(path, world.bodies.len(), &named)?;
     let turn = turn(z_up);
     let mut bodies = Vec::with_capacity(table.bodies.len());
@@ -283,7 +264,7 @@ fn read_contacts(
     files: &MotionFiles,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<ContactRow>, MotionImportError> {
-    let named = |name: &str| world.bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32));
+    let named = |name: &str| world.body_named(name);
     let poses: Vec<PoseRow> = pose_rows(recorded, &[]).collect();
     let history = PoseHistory::try_new(&world.bodies, &poses)?;
     let pose_of = |id: BodyId, time: f64| {

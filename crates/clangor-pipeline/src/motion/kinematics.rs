@@ -194,11 +194,7 @@ impl<'a> Kinematics<'a> {
 
 fn interval(from: &Frame, to: &Frame, inertia: &Inertia) -> Interval {
     let length = to.time - from.time;
-    let mut turn = to.pose.orientation * from.pose.orientation.inverse();
-    if turn.w < 0.0 {
-        turn = -turn;
-    }
-    let angle = turn.to_scaled_axis();
+    let angle = from.pose.rotation_to(&to.pose);
     let angular_velocity = angle / length;
     let middle = DMat3::from_quat(DQuat::from_scaled_axis(0.5 * angle) * from.pose.orientation);
     let angular_momentum = middle * inertia.inertia * middle.transpose() * angular_velocity;

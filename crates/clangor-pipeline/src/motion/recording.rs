@@ -218,7 +218,8 @@ pub fn notices(
         if longest > UNEVEN * shortest {
             found.push(RecordingNotice::Uneven { body: name(recorded.body), shortest, longest });
         }
-        let fastest = recorded.frames.windows(2).map(|w| (turn(&w[0].pose, &w[1].pose), w[1].row));
+        let turned = |w: &[Frame]| w[0].pose.rotation_to(&w[1].pose).length();
+        let fastest = recorded.frames.windows(2).map(|w| (turned(w), w[1].row));
         if let Some((angle, row)) =
             fastest.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(angle, _)| *angle > 2.0)
         {
@@ -233,11 +234,6 @@ pub fn notices(
     found.extend(falls_along_z(gltf, gravity).then_some(RecordingNotice::ZUpInGltf));
     found.extend(falls_along_z(tables, gravity).then_some(RecordingNotice::ZUp));
     found
-}
-
-/// Angle of the shortest rotation between two orientations \[rad\].
-fn turn(from: &Pose, to: &Pose) -> f64 {
-    2.0 * from.orientation.dot(to.orientation).abs().min(1.0).acos()
 }
 
 /// Whether bodies accelerate by g along −z in a good share of the frames, and hardly ever along gravity.

@@ -45,12 +45,12 @@ const WALL_ERROR: f64 = 0.028;
 /// Its order in the edge length.
 const WALL_ORDER: f64 = 4.0 / 3.0;
 /// Level error of edges of a sixth of the wavelength; of second order.
-const WAVE_ERROR: f64 = 0.003;
+pub(crate) const WAVE_ERROR: f64 = 0.003;
 /// Unknowns above which edges grow past a sixth of the wavelength where the error allows it, the share of the
 /// error left to the waves then, and the longest edge in sixths of a wavelength.
-const MANY: f64 = 2500.0;
-const WAVE_SHARE: f64 = 0.5;
-const COARSEST: f64 = 1.45;
+pub(crate) const MANY: f64 = 2500.0;
+pub(crate) const WAVE_SHARE: f64 = 0.5;
+pub(crate) const COARSEST: f64 = 1.45;
 /// Effective thickness of a solid body, in bounding radii; at short waves the wavelength over 2π.
 const SOLID: f64 = 0.17;
 /// Edge length, in radii of a rounding, above which the rounding acts as sharp.

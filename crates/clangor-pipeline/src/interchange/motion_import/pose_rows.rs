@@ -13,15 +13,12 @@ use crate::motion::recording::{Frame, RecordedBody};
 pub(super) fn velocities(frames: &[Frame], at: usize) -> (DVec3, DVec3) {
     let low = at.saturating_sub(1);
     let high = (at + 1).min(frames.len() - 1);
-    let span = frames[high].time - frames[low].time;
+    let (from, to) = (&frames[low], &frames[high]);
+    let span = to.time - from.time;
     if span <= 0.0 {
         return (DVec3::ZERO, DVec3::ZERO);
     }
-    let mut turn = frames[high].pose.orientation * frames[low].pose.orientation.inverse();
-    if turn.w < 0.0 {
-        turn = -turn;
-    }
-    ((frames[high].pose.position - frames[low].pose.position) / span, turn.to_scaled_axis() / span)
+    ((to.pose.position - from.pose.position) / span, from.pose.rotation_to(&to.pose) / span)
 }
 
 /// All frames in order of time, those of one time in the order of the bodies; `states`, which are in order

@@ -1,0 +1,31 @@
+//! A folder with a scene and files of recorded motion, and their import.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
+use clangor_pipeline::stages::load::load_scene;
+use tempfile::TempDir;
+
+/// A folder with `scene.toml` and files of these names and texts.
+pub(crate) fn folder(scene: &str, files: &[(&str, &str)]) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in [&[("scene.toml", scene)], files].concat() {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+/// Imports the motion of glTF files and of tables, with contact lists, into `out.timeline`.
+pub(crate) fn import(
+    folder: &Path,
+    motion: &[&str],
+    contacts: &[&str],
+    z_up: bool,
+) -> Result<MotionSummary, String> {
+    let loaded = load_scene(&folder.join("scene.toml"), &|_| ()).unwrap();
+    let paths = |names: &[&str]| names.iter().map(|name| folder.join(name)).collect::<Vec<PathBuf>>();
+    let (gltf, poses) = paths(motion).into_iter().partition(|p| p.extension().is_some_and(|e| e == "gltf"));
+    let files = MotionFiles { gltf, poses, contacts: paths(contacts), z_up };
+    import_motion(&loaded, &files, &folder.join("out.timeline"), true).map_err(|error| error.to_string())
+}

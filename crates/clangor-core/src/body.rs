@@ -3,24 +3,20 @@
 //! A [`World`] is the input of `clangor-sim`: a scene with its files read, its copies placed and its shapes
 //! converted to surfaces.
 
+mod mesh_surface;
 pub mod support;
 
 use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::geometry::convex::ConvexPart;
-use crate::geometry::curvature::mean_curvature;
 use crate::geometry::hull::extreme_hull;
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::principal_curvature::Curvature;
 pub use crate::geometry::solid::MeshError;
-use crate::geometry::solid::check_solid;
-use crate::geometry::surface_tree::{NearestPoint, SurfaceTree};
-use crate::geometry::tri_mesh::TriMesh;
-use crate::geometry::vertex_curvature::principal_curvatures;
 use crate::material::Material;
 use crate::pose::{Pose, Track};
+pub use mesh_surface::MeshSurface;
 use support::Support;
 
 /// Index of a body in [`World::bodies`]; bodies that are born later follow, in the order of their births.
@@ -56,117 +52,6 @@ pub enum Surface {
     },
     /// Any other closed surface.
     Mesh(MeshSurface),
-}
-
-/// A closed triangle surface with the data for contact and collision.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MeshSurface {
-    /// The surface, centre of mass at the origin.
-    pub mesh: TriMesh,
-    /// Mean curvature H = (κ₁+κ₂)/2 at each vertex [1/m], positive where convex: a sphere has 1/R.
-    pub mean_curvature: Vec<f64>,
-    /// Principal curvatures at each vertex, whose mean is not exactly `mean_curvature`.
-    pub curvature: Vec<Curvature>,
-    /// Convex parts whose union collides; none where nothing collides.
-    pub parts: Vec<ConvexPart>,
-    /// Volume \[m³\].
-    pub volume: f64,
-    /// Search tree for the nearest triangle.
-    tree: SurfaceTree,
-}
-
-impl MeshSurface {
-    /// Moves a closed mesh and its convex collision parts to the centre of mass, and prepares the contact
-    /// queries. The mass properties are those of unit density in the frame of `mesh`.
-    ///
-    /// # Errors
-    /// [`MeshError`] if the mesh does not bound a solid.
-    pub fn try_new(mesh: TriMesh, parts: Vec<ConvexPart>) -> Result<(Self, MassProperties), MeshError> {
-        let mass = check_solid(&mesh)?.mass;
-        Ok((Self::of_solid(&mesh, &mass, &parts), mass))
-    }
-
-    /// As [`try_new`](Self::try_new) for a mesh that is known to bound a solid of these mass properties.
-    pub fn of_solid(mesh: &TriMesh, mass: &MassProperties, parts: &[ConvexPart]) -> Self {
-        let mesh = mesh.relative_to(mass.centre_of_mass);
-        let parts = parts.iter().map(|p| p.relative_to(mass.centre_of_mass)).collect();
-        let tree = SurfaceTree::new(&mesh);
-        let mean_curvature = mean_curvature(&mesh);
-        let curvature = principal_curvatures(&mesh);
-        MeshSurface { mesh, mean_curvature, curvature, parts, volume: mass.volume, tree }
-    }
-
-    /// A surface as a timeline stores it: centred, with the mean curvature [1/m] per vertex, which holds in
-    /// all directions, and the volume \[m³\], and without the parts that only collisions need.
-    pub fn restored(mesh: TriMesh, mean_curvature: Vec<f64>, volume: f64) -> Self {
-        let tree = SurfaceTree::new(&mesh);
-        let curvature = mean_curvature.iter().map(|h| Curvature::isotropic(*h)).collect();
-        MeshSurface { mesh, mean_curvature, curvature, parts: Vec::new(), volume, tree }
-    }
-
-    /// The same surface with other convex parts, in its own frame.
-    #[must_use]
-    pub fn with_parts(self, parts: Vec<ConvexPart>) -> Self {
-        MeshSurface { parts, ..self }
-    }
-
-    /// The same surface with other principal curvatures, one for each vertex.
-    #[must_use]
-    pub fn with_curvature(self, curvature: Vec<Curvature>) -> Self {
-        MeshSurface { curvature, ..self }
-    }
-
-    /// The same surface with all lengths multiplied by `factor`.
-    pub fn scaled(mut self, factor: f64) -> Self {
-        self.mesh.vertices.iter_mut().for_each(|v| *v *= factor);
-        self.mean_curvature.iter_mut().for_each(|h| *h /= factor);
-        self.curvature.iter_mut().for_each(|c| *c = c.scaled(factor));
-        self.parts = self.parts.iter().map(|p| p.scaled(factor)).collect();
-        self.volume *= factor.powi(3);
-        self.tree = SurfaceTree::new(&self.mesh);
-        self
-    }
-
-    /// Mean curvature [1/m] at the point of the surface nearest to `point_body`, interpolated between the
-    /// vertices.
-    pub fn mean_curvature_at(&self, point_body: DVec3) -> f64 {
-        self.tree.nearest(&self.mesh, point_body).map_or(0.0, |nearest| {
-            let corners = self.mesh.triangles[nearest.triangle];
-            (0..3).map(|k| nearest.weights[k] * self.mean_curvature[corners[k] as usize]).sum()
-        })
-    }
-
-    /// Principal curvatures at the point of the surface nearest to `point_body`: the tensors of the vertices,
-    /// interpolated.
-    pub fn curvature_at(&self, point_body: DVec3) -> Curvature {
-        let Some(nearest) = self.tree.nearest(&self.mesh, point_body) else { return Curvature::FLAT };
-        let normal = self.tree.smooth_normal(&self.mesh, &nearest);
-        let corners = self.mesh.triangles[nearest.triangle];
-        let tensor = (0..3).fold(DMat3::ZERO, |sum, k| {
-            sum + nearest.weights[k] * self.curvature[corners[k] as usize].tensor(normal)
-        });
-        Curvature::of_tensor(tensor, normal)
-    }
-
-    /// The point of the surface nearest to `point_body`; `None` without triangles.
-    pub fn nearest(&self, point_body: DVec3) -> Option<NearestPoint> {
-        self.tree.nearest(&self.mesh, point_body)
-    }
-
-    /// Outward unit normal at the point of the surface nearest to `point_body`; `None` for an open surface.
-    pub fn normal_at(&self, point_body: DVec3) -> Option<DVec3> {
-        self.tree.outward_normal(&self.mesh, point_body)
-    }
-
-    /// Distance of `point_body` from the surface \[m\], negative inside.
-    pub fn signed_distance(&self, point_body: DVec3) -> f64 {
-        self.tree.signed_distance(&self.mesh, point_body).unwrap_or(f64::INFINITY)
-    }
-
-    /// Whether `point_body` lies inside the solid.
-    pub fn contains(&self, point_body: DVec3) -> bool {
-        self.signed_distance(point_body) < 0.0
-    }
 }
 
 impl Surface {

@@ -3,6 +3,7 @@
 //! A [`World`] is the input of `clangor-sim`: a scene with its files read, its copies placed and its shapes
 //! converted to surfaces.
 
+pub mod link;
 mod mesh_surface;
 pub mod support;
 
@@ -16,6 +17,7 @@ use crate::geometry::principal_curvature::Curvature;
 pub use crate::geometry::solid::MeshError;
 use crate::material::Material;
 use crate::pose::{Pose, Track};
+pub use link::{JointKind, Link, LinkEnd};
 pub use mesh_surface::MeshSurface;
 use support::Support;
 
@@ -131,6 +133,39 @@ pub enum Motion {
     Fixed,
     /// A prescribed track; contacts do not move it.
     Keyframed(Track),
+    /// A track until it is let go, or under a limited force.
+    Guided(Guide),
+}
+
+/// A hand that leads a body along a track, and may let it go.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guide {
+    /// Where it leads the body.
+    pub track: Track,
+    /// Largest force \[N\] against whatever keeps the body from the track, beyond what its mass and weight
+    /// take. `None`: any force, so that contacts do not move the body, as with
+    /// [`Keyframed`](Motion::Keyframed).
+    pub press: Option<f64>,
+    /// When it lets go \[s\], with the velocity of the track; the body is free afterwards. `None`: never.
+    pub let_go: Option<f64>,
+}
+
+impl Motion {
+    /// Whether forces move the body, at least at times.
+    pub fn is_movable(&self) -> bool {
+        match self {
+            Motion::Free | Motion::Guided(_) => true,
+            Motion::Fixed | Motion::Keyframed(_) => false,
+        }
+    }
+
+    /// The track on which the body is led, if it is.
+    pub fn track(&self) -> Option<&Track> {
+        match self {
+            Motion::Free | Motion::Fixed => None,
+            Motion::Keyframed(track) | Motion::Guided(Guide { track, .. }) => Some(track),
+        }
+    }
 }
 
 /// Span of existence of a body. A body that breaks dies, and its pieces are born at the same instant.
@@ -333,41 +368,6 @@ impl Body {
     pub fn with_life(self, life: Life) -> Self {
         Body { life, ..self }
     }
-}
-
-/// A force or constraint between two points.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Link {
-    /// An inextensible, massless rod from a fixed point to the centre of a sphere, which it holds at that
-    /// distance.
-    Hang {
-        /// The sphere.
-        body: BodyId,
-        /// Fixed end of the rod \[m\], world.
-        anchor: DVec3,
-    },
-    /// A linear spring to the centre of mass of `body` from that of another body, or from a fixed point.
-    Spring {
-        /// The body at one end.
-        body: BodyId,
-        /// The other end.
-        to: SpringEnd,
-        /// Length without force \[m\].
-        rest_length: f64,
-        /// Stiffness \[N/m\].
-        stiffness: f64,
-        /// Damping along the spring \[N s/m\].
-        damping: f64,
-    },
-}
-
-/// The far end of a spring.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SpringEnd {
-    /// A fixed point \[m\], world.
-    Point(DVec3),
-    /// The centre of mass of a body.
-    Body(BodyId),
 }
 
 /// The dynamic system at t = 0: bodies, links and gravity.

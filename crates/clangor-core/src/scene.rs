@@ -14,6 +14,7 @@ pub mod breaking;
 mod decode;
 pub mod diagnostic;
 pub mod instantiate;
+pub mod link_description;
 pub mod listener;
 mod placement;
 pub mod render_description;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use clangor_core::body::{BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::body::{BodyId, Link, LinkEnd, Motion, Surface, World};
 use clangor_core::glam::DVec3;
 use clangor_core::material::Damping;
 use clangor_core::pose::{Pose, Track};
@@ -159,6 +159,7 @@ fn links_find_their_bodies() {
     );
     let spring = |body, to, rest_length, stiffness, damping| Link::Spring {
         body,
+        at: DVec3::ZERO,
         to,
         rest_length,
         stiffness,
@@ -168,8 +169,8 @@ fn links_find_their_bodies() {
         Link::Hang { body: BodyId(0), anchor: DVec3::new(0.0, 1.0, 0.0) },
         Link::Hang { body: BodyId(1), anchor: DVec3::new(1.0, 1.0, 0.0) },
         Link::Hang { body: BodyId(2), anchor: DVec3::new(3.0, 1.0, 0.0) },
-        spring(BodyId(1), SpringEnd::Body(BodyId(2)), 1.0, 5.0, 0.0),
-        spring(BodyId(2), SpringEnd::Point(DVec3::new(2.0, 0.0, 3.0)), 1.0, 6.0, 0.5),
+        spring(BodyId(1), LinkEnd::centre(BodyId(2)), 1.0, 5.0, 0.0),
+        spring(BodyId(2), LinkEnd::Point(DVec3::new(2.0, 0.0, 3.0)), 1.0, 6.0, 0.5),
     ];
     assert_eq!(world.links, expected);
 }

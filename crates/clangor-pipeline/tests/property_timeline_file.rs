@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Life, Link, MeshSurface, Motion, SpringEnd, Surface, World};
+use clangor_core::body::{Body, BodyId, Life, Link, LinkEnd, MeshSurface, Motion, Surface, World};
 use clangor_core::geometry::principal_curvature::Curvature;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::material::{Damping, Material};
@@ -83,11 +83,18 @@ fn header() -> TimelineHeader {
     bodies[3].material = material(Damping::LossFactorTable(vec![[100.0, 1e-4], [2e3, 0.1]]));
     bodies[4].mass = f64::INFINITY;
     bodies[4].inertia = DMat3::from_diagonal(DVec3::INFINITY);
-    let spring = |to| Link::Spring { body: BodyId(0), to, rest_length: 0.1, stiffness: 3.3, damping: 0.0 };
+    let spring = |to| Link::Spring {
+        body: BodyId(0),
+        at: DVec3::ZERO,
+        to,
+        rest_length: 0.1,
+        stiffness: 3.3,
+        damping: 0.0,
+    };
     let links = vec![
         Link::Hang { body: BodyId(3), anchor: DVec3::Y },
-        spring(SpringEnd::Point(DVec3::ONE)),
-        spring(SpringEnd::Body(BodyId(3))),
+        spring(LinkEnd::Point(DVec3::ONE)),
+        spring(LinkEnd::centre(BodyId(3))),
     ];
     TimelineHeader {
         world: World { bodies, links, gravity: DVec3::new(0.0, -9.81, 0.0) },

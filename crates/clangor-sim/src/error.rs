@@ -9,7 +9,7 @@ pub enum SimulationError {
     /// The sphere solver met a body that it cannot move.
     #[error(
         "solver = \"spheres\" cannot move body \"{body}\": {reason}; use solver = \"rigid\", which moves \
-         all bodies but has no hung spheres"
+         all bodies"
     )]
     NotASphere {
         /// The body.

@@ -6,8 +6,9 @@
 //! 2. the *collision phase* takes the impacts of the step in the order of their times, each at the exact
 //!    poses of its instant, with restitution and friction (`collision_phase`); bodies
 //!    with modes give way meanwhile (`compliant_block`);
-//! 3. gravity and springs act;
-//! 4. the *contact phase* solves resting, sliding and rolling contact without restitution (`contact_phase`);
+//! 3. gravity, springs and loads act;
+//! 4. the *contact phase* solves resting, sliding and rolling contact without restitution, and closes the
+//!    joints (`contact_phase`, `reactions`);
 //! 5. every body flies to the end of the step, and bodies that have been at rest fall asleep (`sleep`).
 //!
 //! The two phases are those of Guendelman, Bridson and Fedkiw (2003, \[GUE\]), the midpoint geometry
@@ -29,13 +30,20 @@ mod collision_scene;
 mod compliance;
 mod compliant_block;
 mod contact_phase;
+mod contact_row;
 mod cut_short;
 mod flight;
+mod grip;
 mod impact_threshold;
+mod joint;
+mod linkage;
+mod load;
 mod manifold;
+mod mover;
 mod pair;
 mod prediction;
 mod pressed_balls;
+mod reactions;
 mod replacement;
 
 mod run;

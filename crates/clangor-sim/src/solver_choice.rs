@@ -8,18 +8,21 @@ pub use clangor_core::scene::simulation_description::{ContactModel, SolverChoice
 /// which it computes only slowly.
 const FEW_FALLING: usize = 8;
 
-/// Resolves `Auto` for a world: `Spheres` if all bodies are spheres and planes without prescribed motion and
-/// at most eight inelastic balls fall; else `Rigid`. Worlds with rods always use `Spheres`.
+/// Resolves `Auto` for a world: `Spheres` if all bodies are spheres and planes without prescribed motion, links
+/// hold their centres only, and at most eight inelastic balls fall, or some hang; else `Rigid`.
 pub fn choose_solver(world: &World, solver: Solver) -> Solver {
     let suits_spheres = |b: &Body| {
-        let prescribed = matches!(&b.motion, Motion::Keyframed(track) if !track.is_fixed());
+        let prescribed = match &b.motion {
+            Motion::Keyframed(track) => !track.is_fixed(),
+            Motion::Guided(_) => true,
+            Motion::Free | Motion::Fixed => false,
+        };
         !matches!(*b.surface, Surface::Mesh(_)) && !prescribed
     };
+    let suited = world.bodies.iter().all(suits_spheres) && world.links.iter().all(Link::joins_centres);
+    let hung = world.links.iter().any(|link| matches!(link, Link::Hang { .. }));
     match solver {
-        Solver::Auto if world.links.iter().any(|l| matches!(l, Link::Hang { .. })) => Solver::Spheres,
-        Solver::Auto if world.bodies.iter().all(suits_spheres) && falling(world) <= FEW_FALLING => {
-            Solver::Spheres
-        }
+        Solver::Auto if suited && (hung || falling(world) <= FEW_FALLING) => Solver::Spheres,
         Solver::Auto => Solver::Rigid,
         chosen => chosen,
     }

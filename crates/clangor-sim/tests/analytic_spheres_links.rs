@@ -4,7 +4,7 @@ mod sphere_worlds;
 
 use std::f64::consts::PI;
 
-use clangor_core::body::{BodyId, Link, Motion, SpringEnd};
+use clangor_core::body::{BodyId, Link, LinkEnd, Motion};
 use clangor_core::timeline::PoseRow;
 use glam::DVec3;
 use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, rows_of, run, settings, sphere, world};
@@ -156,7 +156,8 @@ fn a_damped_spring_follows_the_oscillator() {
     let mass = ball.mass;
     let link = Link::Spring {
         body: BodyId(0),
-        to: SpringEnd::Point(DVec3::ZERO),
+        at: DVec3::ZERO,
+        to: LinkEnd::Point(DVec3::ZERO),
         rest_length: rest,
         stiffness,
         damping,
@@ -186,7 +187,8 @@ fn two_balls_on_a_spring_beat_at_the_reduced_mass() {
     let (m, n) = (left.mass, right.mass);
     let link = Link::Spring {
         body: BodyId(0),
-        to: SpringEnd::Body(BodyId(1)),
+        at: DVec3::ZERO,
+        to: LinkEnd::centre(BodyId(1)),
         rest_length: rest,
         stiffness,
         damping: 0.0,

@@ -4,7 +4,7 @@ mod sphere_worlds;
 
 use std::f64::consts::{PI, TAU};
 
-use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, World};
+use clangor_core::body::{Body, BodyId, Link, LinkEnd, Motion, World};
 use clangor_core::timeline::PoseRow;
 use clangor_sim::SimulationError;
 use glam::DVec3;
@@ -52,12 +52,12 @@ fn spring_energy(world: &World, frame: &[PoseRow]) -> f64 {
     let energy = |link: &Link| match *link {
         Link::Spring { body, to, rest_length, stiffness, .. } => {
             let far = match to {
-                SpringEnd::Point(point) => point,
-                SpringEnd::Body(other) => position_of(world, frame, other),
+                LinkEnd::Point(point) => point,
+                LinkEnd::Body { body: other, .. } => position_of(world, frame, other),
             };
             0.5 * stiffness * (position_of(world, frame, body).distance(far) - rest_length).powi(2)
         }
-        Link::Hang { .. } => 0.0,
+        Link::Hang { .. } | Link::Joint { .. } | Link::Load { .. } => 0.0,
     };
     world.links.iter().map(energy).sum()
 }
@@ -75,7 +75,7 @@ fn lifted_energy(world: &World) -> f64 {
             let (down, arm) = (world.gravity, hung.pose.position - anchor);
             hung.mass * (down.length() * arm.length() - down.dot(arm))
         }
-        Link::Spring { .. } => 0.0,
+        Link::Spring { .. } | Link::Joint { .. } | Link::Load { .. } => 0.0,
     };
     world.links.iter().map(lifted).sum()
 }
@@ -254,9 +254,9 @@ fn random_world(seed: u64) -> World {
         let stiffness = 10.0_f64.powf(draw.between(0.0, 3.0));
         let (body, rest_length) = (BodyId(0), draw.between(0.0, 0.3));
         let damping = if draw.chance(0.5) { 0.0 } else { draw.between(0.0, 0.5) };
-        let far = SpringEnd::Point(draw.direction() * 0.3);
-        let to = if count > 1 && draw.chance(0.5) { SpringEnd::Body(BodyId(1)) } else { far };
-        links.push(Link::Spring { body, to, rest_length, stiffness, damping });
+        let far = LinkEnd::Point(draw.direction() * 0.3);
+        let to = if count > 1 && draw.chance(0.5) { LinkEnd::centre(BodyId(1)) } else { far };
+        links.push(Link::Spring { body, at: DVec3::ZERO, to, rest_length, stiffness, damping });
     }
     for _ in 0..(draw.next() * 3.0) as usize {
         let target = &bodies[(draw.next() * count as f64) as usize];
@@ -343,8 +343,8 @@ fn a_rod_far_from_the_origin_keeps_its_length() {
 fn a_spring_through_its_anchor_keeps_its_energy() {
     let steel = material(1.0, 0.0, 0.0);
     let ball = sphere(0.01, DVec3::Y * -0.2, DVec3::Y * 4.0, &steel);
-    let (body, to) = (BodyId(0), SpringEnd::Point(DVec3::ZERO));
-    let spring = Link::Spring { body, to, rest_length: 0.1, stiffness: 30.0, damping: 0.0 };
+    let (body, to) = (BodyId(0), LinkEnd::Point(DVec3::ZERO));
+    let spring = Link::Spring { body, at: DVec3::ZERO, to, rest_length: 0.1, stiffness: 30.0, damping: 0.0 };
     let found = drift(&world(vec![ball], vec![spring], G), 2.0).unwrap();
     println!("through the anchor: {found:?}");
     // Residual seen: 5e-11; the force jumps at the anchor.
@@ -359,8 +359,8 @@ fn what_cannot_be_followed_is_an_error_with_its_place() {
         assert!(body == "body0" && time < 1e-3, "{body} {time}");
     }
     let mut stiff = thrown(0.1, 1.0, DVec3::ZERO);
-    let (body, to) = (BodyId(0), SpringEnd::Point(DVec3::ZERO));
-    let spring = Link::Spring { body, to, rest_length: 0.1, stiffness: 1e22, damping: 0.0 };
+    let (body, to) = (BodyId(0), LinkEnd::Point(DVec3::ZERO));
+    let spring = Link::Spring { body, at: DVec3::ZERO, to, rest_length: 0.1, stiffness: 1e22, damping: 0.0 };
     stiff.links = vec![spring];
     let refused = run(&stiff, &settings(1.0, false, 10.0));
     assert!(matches!(refused, Err(SimulationError::Diverged { .. })), "{refused:?}");

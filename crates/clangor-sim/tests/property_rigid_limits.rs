@@ -7,7 +7,7 @@ mod scenes;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::body::{Body, BodyId, Link, LinkEnd, Motion, Surface, World};
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::pose::{Keyframe, Pose, Track};
@@ -218,7 +218,8 @@ fn a_mass_on_a_spring_keeps_time() {
     let stiffness = mass.mass * 100.0;
     let spring = Link::Spring {
         body: BodyId(0),
-        to: SpringEnd::Point(DVec3::ZERO),
+        at: DVec3::ZERO,
+        to: LinkEnd::Point(DVec3::ZERO),
         rest_length: 0.1,
         stiffness,
         damping: 0.0,

@@ -2,7 +2,7 @@
 
 mod sphere_worlds;
 
-use clangor_core::body::{BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::body::{BodyId, Link, LinkEnd, Motion, Surface, World};
 use clangor_core::timeline::{ContactKind, PoseRow, Timeline};
 use glam::{DMat3, DVec3};
 use sphere_worlds::{G, material, plane, run, settings, sphere, world};
@@ -124,14 +124,16 @@ fn rods_and_springs_balance() {
         Link::Hang { body: BodyId(1), anchor: anchor(1.0) - DVec3::Z * 0.1 },
         Link::Spring {
             body: BodyId(2),
-            to: SpringEnd::Point(anchor(2.0)),
+            at: DVec3::ZERO,
+            to: LinkEnd::Point(anchor(2.0)),
             rest_length: 0.25,
             stiffness: 20.0,
             damping: 0.05,
         },
         Link::Spring {
             body: BodyId(2),
-            to: SpringEnd::Body(BodyId(3)),
+            at: DVec3::ZERO,
+            to: LinkEnd::centre(BodyId(3)),
             rest_length: 0.03,
             stiffness: 30.0,
             damping: 0.02,

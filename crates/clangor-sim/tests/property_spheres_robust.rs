@@ -2,7 +2,7 @@
 
 mod sphere_worlds;
 
-use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, World};
+use clangor_core::body::{Body, BodyId, Link, LinkEnd, Motion, World};
 use clangor_sim::SimulationError;
 use glam::DVec3;
 use sphere_worlds::{G, kinetic_energy, last_poses, material, plane, run, settings, sphere, world};
@@ -167,7 +167,8 @@ fn the_same_world_gives_the_same_bits() {
     let mut world = box_of(balls, 0.16, G);
     world.links.push(Link::Spring {
         body: BodyId(3),
-        to: SpringEnd::Point(DVec3::splat(0.08)),
+        at: DVec3::ZERO,
+        to: LinkEnd::Point(DVec3::splat(0.08)),
         rest_length: 0.02,
         stiffness: 20.0,
         damping: 0.01,

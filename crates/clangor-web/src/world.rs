@@ -5,7 +5,7 @@
 
 use std::cell::RefCell;
 
-use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::body::{Body, BodyId, Link, LinkEnd, Motion, Surface, World};
 use clangor_core::material::Material;
 use clangor_core::material::presets;
 use clangor_core::realtime::{ImpactEvent, ImpactTarget, event_row};
@@ -179,23 +179,25 @@ pub fn world_links() -> *const f64 {
     STATE.with_borrow_mut(|state| {
         let State { world, links, .. } = state;
         links.clear();
-        links.extend(world.iter().flat_map(LiveWorld::links).flat_map(described_link));
+        links.extend(world.iter().flat_map(LiveWorld::links).filter_map(described_link).flatten());
         links.as_ptr()
     })
 }
 
-fn described_link(link: &Link) -> [f64; LINK_STRIDE] {
+/// `None` for links that the solver of the page does not have.
+fn described_link(link: &Link) -> Option<[f64; LINK_STRIDE]> {
     let row = |kind: f64, body: BodyId, other: f64, end: DVec3, length: f64| {
-        [kind, f64::from(body.0), other, end.x, end.y, end.z, length, 0.0]
+        Some([kind, f64::from(body.0), other, end.x, end.y, end.z, length, 0.0])
     };
     match *link {
         Link::Hang { body, anchor } => row(0.0, body, -1.0, anchor, 0.0),
-        Link::Spring { body, to: SpringEnd::Point(end), rest_length, .. } => {
+        Link::Spring { body, to: LinkEnd::Point(end), rest_length, .. } => {
             row(1.0, body, -1.0, end, rest_length)
         }
-        Link::Spring { body, to: SpringEnd::Body(other), rest_length, .. } => {
+        Link::Spring { body, to: LinkEnd::Body { body: other, .. }, rest_length, .. } => {
             row(1.0, body, f64::from(other.0), DVec3::ZERO, rest_length)
         }
+        Link::Joint { .. } | Link::Load { .. } => None,
     }
 }
 

@@ -234,6 +234,7 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
             Motion::Free => format!("{:.6e} kg", body.mass),
             Motion::Fixed => "fixed".into(),
             Motion::Keyframed(_) => "keyframed".into(),
+            Motion::Guided(_) => format!("{:.6e} kg, guided by keyframes", body.mass),
         };
         let p = body.pose.position;
         console.say(format_args!(
@@ -244,7 +245,7 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
         let described = said.contains(&(Arc::as_ptr(&body.surface).addr(), body.material.name.as_str()));
         if let Some(facts) = BodyFacts::of(&body.surface).filter(|_| !described) {
             console.say(format_args!("  {}, {}", sizes(&facts), modes(&facts, &body.material)));
-            if body.motion == Motion::Free {
+            if body.motion.is_movable() {
                 say_costs(&bake_costs(&body.surface, Some(&body.material)), console);
             }
             said.push((Arc::as_ptr(&body.surface).addr(), body.material.name.as_str()));
@@ -269,7 +270,7 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
             "mass_kg": body.mass.is_finite().then_some(body.mass),
             "bounding_radius_m": Some(body.surface.bounding_radius()).filter(|r| r.is_finite()),
             "position_m": body.pose.position.to_array(),
-            "moves_freely": body.motion == Motion::Free,
+            "moves_freely": body.motion.is_movable(),
             "body": BodyFacts::of(&body.surface).map(|facts| facts_json(&facts, Some(&body.material))),
         })
     });

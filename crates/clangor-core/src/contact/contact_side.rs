@@ -11,7 +11,7 @@
 use glam::{DMat3, DVec3};
 
 use super::compliant::half_space_radiation;
-use crate::body::{Body, BodyId, Motion, Surface};
+use crate::body::{Body, BodyId, Surface};
 use crate::geometry::principal_curvature::Curvature;
 use crate::material::{Material, ThinPlate};
 use crate::pose::Pose;
@@ -133,7 +133,7 @@ impl ContactSide {
 
 /// 1/M [1/kg]; 0 for a body that contacts cannot move: fixed, keyframed, or a half-space.
 pub fn inverse_mass(body: &Body) -> f64 {
-    let movable = matches!(body.motion, Motion::Free) && !body.surface.is_plane();
+    let movable = body.motion.is_movable() && !body.surface.is_plane();
     if movable { 1.0 / body.mass } else { 0.0 }
 }
 

@@ -28,7 +28,7 @@ use super::modal_energy::{ModesOf, no_modes};
 use super::pose_history::PoseHistory;
 use super::recorded_forces::RecordedForces;
 use super::row_checks::check_row;
-use crate::body::{Body, BodyId, Motion};
+use crate::body::{Body, BodyId};
 use crate::material::PairCoefficients;
 use crate::timeline::{ContactKind, ContactRow, ForceRow};
 
@@ -276,7 +276,7 @@ fn pulse(
     };
     // Velocities of the contact point before the impact.
     let velocity_of = |i: usize, place: DVec3| match pair[i] {
-        Some(body) if inverse_mass(body) > 0.0 || matches!(body.motion, Motion::Keyframed(_)) => {
+        Some(body) if inverse_mass(body) > 0.0 || body.motion.track().is_some() => {
             poses.velocity_at(ids[i], place, time)
         }
         _ => Some(DVec3::ZERO),

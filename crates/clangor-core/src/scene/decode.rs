@@ -7,8 +7,10 @@ mod body;
 mod breaking;
 mod former_keys;
 mod geometry;
+mod joints;
 mod links;
 mod listener;
+mod loads;
 mod material;
 mod motion;
 mod names;
@@ -39,6 +41,11 @@ const TOP_KEYS: &[&str] = &[
     "plane",
     "hang",
     "spring",
+    "hinge",
+    "ball_joint",
+    "rod",
+    "rope",
+    "force",
     "listener",
     "simulation",
     "render",
@@ -120,6 +127,8 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
     let planes = plane::planes(d, &top, &materials, &mut names, &mut acoustics);
     let hangs = links::hangs(d, &top, &bodies);
     let springs = links::springs(d, &top, &bodies);
+    let joints = joints::joints(d, &top, &bodies);
+    let loads = loads::loads(d, &top, &bodies);
     let listeners = listener::listeners(d, &top);
     let scene = Scene {
         acoustics,
@@ -128,6 +137,8 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
         planes,
         hangs,
         springs,
+        joints,
+        loads,
         listeners,
         simulation,
         render,
@@ -161,11 +172,13 @@ fn check_silence(d: &mut Decoder<'_>, scene: &Scene, top: &Section<'_>) {
     let moving = |b: &super::body_description::BodyDescription| match &b.motion {
         Motion::Fixed => false,
         Motion::Keyframed(track) => !track.is_fixed(),
+        Motion::Guided(guide) => !guide.track.is_fixed() || guide.let_go.is_some() || guide.press.is_some(),
         Motion::Free => {
             scene.gravity.length() > 0.0
                 || b.velocity.length() > 0.0
                 || b.angular_velocity.length() > 0.0
                 || !scene.springs.is_empty()
+                || !scene.loads.is_empty()
         }
     };
     let bodies: usize = scene.bodies.iter().map(|b| b.count()).sum();
@@ -208,6 +221,9 @@ mod tests {
             ("## Planes", &[plane::KEYS]),
             ("## Hung spheres", &[links::HANG_KEYS]),
             ("## Springs", &[links::SPRING_KEYS]),
+            ("## Joints", &[joints::HINGE_KEYS]),
+            ("## Rods and ropes", &[joints::ROPE_KEYS]),
+            ("## Forces", &[loads::KEYS]),
             ("## Listeners", &[listener::KEYS, listener::KEYFRAME_KEYS]),
             ("## Simulation", &[settings::SIMULATION_KEYS]),
             ("## Render", &[settings::RENDER_KEYS, settings::COMPRESSOR_KEYS]),

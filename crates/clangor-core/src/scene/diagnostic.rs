@@ -211,8 +211,8 @@ pub enum Problem {
         /// Expected content.
         expected: &'static str,
     },
-    /// Times of keyframes that do not increase.
-    #[error("keyframe times must increase, but {time} s follows {previous} s")]
+    /// Times of keyframes, or of rows of a force, that do not increase.
+    #[error("times must increase, but {time} s follows {previous} s")]
     UnorderedKeyframes {
         /// Time of the offending key \[s\].
         time: f64,
@@ -330,9 +330,7 @@ impl Problem {
             Problem::Shape(error) => shape_remedy(error),
             Problem::Geometry { remedy, .. } => remedy.clone(),
             Problem::NoDirection { expected } => format!("write {expected}"),
-            Problem::UnorderedKeyframes { .. } => {
-                "sort the keyframes by `time`, each later than the last".into()
-            }
+            Problem::UnorderedKeyframes { .. } => "sort them by time, each later than the last".into(),
             Problem::UnorderedFrequencies { .. } => "sort the rows by frequency, each only once".into(),
             Problem::AbsurdSize { radius } if *radius > 1.0 => {
                 "lengths are in metres; if the file is in millimetres, set scale = 0.001".into()

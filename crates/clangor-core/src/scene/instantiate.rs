@@ -5,19 +5,18 @@
 
 mod copies;
 mod geometry;
+mod links;
 mod listeners;
 mod problems;
 mod supports;
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
-
-use super::body_description::{Anchor, BodyDescription, Copies, Geometry, PlaneDescription, SpringTarget};
+use super::body_description::{BodyDescription, Copies, Geometry, PlaneDescription};
 use super::diagnostic::{Problem, SceneError, SceneErrors, SceneWarning};
 use super::listener::below_floor;
 use super::scene_description::{MAX_BODIES, Scene};
-use crate::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use crate::body::{Body, BodyId, World};
 
 pub use copies::references;
 pub use geometry::{GeometryError, LoadedGeometry, Loader, load_shape};
@@ -54,7 +53,7 @@ pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, Sce
     if problems.errors.is_empty() {
         let mut world = World { bodies, links: Vec::new(), gravity: scene.gravity };
         world.bodies.extend(planes);
-        link(scene, &mut world, &mut problems);
+        links::link(scene, &names(scene), &mut world, &mut problems);
         listeners::check(scene, &world, &mut problems);
         if problems.errors.is_empty() {
             return Ok(Instance { world, warnings: problems.warnings });
@@ -95,68 +94,4 @@ fn names(scene: &Scene) -> BTreeMap<String, Vec<BodyId>> {
         }
     }
     names
-}
-
-fn link(scene: &Scene, world: &mut World, problems: &mut Problems) {
-    let names = names(scene);
-    let none = Vec::new();
-    for hang in &scene.hangs {
-        for id in names.get(&hang.body).unwrap_or(&none) {
-            let body = &world.bodies[id.index()];
-            let centre = body.pose.position;
-            let anchor = match hang.anchor {
-                Anchor::Point(point) => point,
-                Anchor::Offset(offset) => centre + offset,
-            };
-            match refuse_hang(body, anchor) {
-                Some(problem) => problems.error(hang.place.clone(), problem),
-                None => world.links.push(Link::Hang { body: *id, anchor }),
-            }
-        }
-    }
-    for spring in &scene.springs {
-        let Some(body) = names.get(&spring.body).and_then(|ids| ids.first()).copied() else { continue };
-        let (to, end) = match &spring.to {
-            SpringTarget::Point(point) => (SpringEnd::Point(*point), *point),
-            SpringTarget::Body(name) => {
-                let Some(other) = names.get(name).and_then(|ids| ids.first()).copied() else { continue };
-                (SpringEnd::Body(other), world.bodies[other.index()].pose.position)
-            }
-        };
-        let centre = world.bodies[body.index()].pose.position;
-        if to == SpringEnd::Body(body) {
-            let problem =
-                bad_link(&world.bodies[body.index()], "is at both ends of the spring", "name two bodies");
-            problems.error(spring.place.clone(), problem);
-            continue;
-        }
-        world.links.push(Link::Spring {
-            body,
-            to,
-            rest_length: spring.rest_length.unwrap_or((end - centre).length()),
-            stiffness: spring.stiffness,
-            damping: spring.damping,
-        });
-    }
-}
-
-fn refuse_hang(body: &Body, anchor: DVec3) -> Option<Problem> {
-    if !matches!(*body.surface, Surface::Sphere { .. }) {
-        return Some(bad_link(
-            body,
-            "is not a sphere, and only spheres hang",
-            "give it shape = \"sphere:R\"",
-        ));
-    }
-    if body.motion != Motion::Free {
-        return Some(bad_link(body, "is not free to swing", "set motion = \"free\""));
-    }
-    if (anchor - body.pose.position).length() == 0.0 {
-        return Some(bad_link(body, "has its centre at the anchor", "move the anchor away from the centre"));
-    }
-    None
-}
-
-fn bad_link(body: &Body, reason: &'static str, remedy: &'static str) -> Problem {
-    Problem::BadLink { body: body.name.clone(), reason, remedy }
 }

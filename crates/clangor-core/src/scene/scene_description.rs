@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use super::body_description::{BodyDescription, HangDescription, PlaneDescription, SpringDescription};
+use super::body_description::{BodyDescription, PlaneDescription};
 use super::breaking::Breaking;
 use super::diagnostic::SceneWarning;
+use super::link_description::{HangDescription, JointDescription, LoadDescription, SpringDescription};
 use super::listener::ListenerDescription;
 use super::render_description::RenderDescription;
 use super::simulation_description::SimulationDescription;
@@ -55,6 +56,10 @@ pub struct Scene {
     pub hangs: Vec<HangDescription>,
     /// Springs.
     pub springs: Vec<SpringDescription>,
+    /// Hinges, ball joints, rods and ropes.
+    pub joints: Vec<JointDescription>,
+    /// Forces over time.
+    pub loads: Vec<LoadDescription>,
     /// Listeners.
     pub listeners: Vec<ListenerDescription>,
     /// Settings of the dynamics.
@@ -74,6 +79,8 @@ impl Default for Scene {
             planes: Vec::new(),
             hangs: Vec::new(),
             springs: Vec::new(),
+            joints: Vec::new(),
+            loads: Vec::new(),
             listeners: Vec::new(),
             simulation: SimulationDescription::default(),
             render: RenderDescription::default(),

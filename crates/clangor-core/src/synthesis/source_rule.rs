@@ -13,7 +13,7 @@ use glam::DQuat;
 
 use super::field_source::FieldSource;
 use super::source::SoundSource;
-use crate::body::{Body, Motion, Surface};
+use crate::body::{Body, Surface};
 use crate::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
 use crate::sound_model::acceleration::proxy_field::ProxyFields;
 use crate::sound_model::rule::AccelerationRule;
@@ -138,7 +138,7 @@ pub fn decide(
     max_wavenumber: f64,
 ) -> Decision {
     let decision = |kind, reason| Decision { kind, reason };
-    if !matches!(body.motion, Motion::Free) || body.surface.is_plane() {
+    if !body.motion.is_movable() || body.surface.is_plane() {
         return decision(SourceKind::Sphere, Reason::Immovable);
     }
     if matches!(*body.surface, Surface::Sphere { .. }) {

@@ -95,7 +95,7 @@ pub fn import_contacts(
         return Err(InterchangeError::Time { path: list.into(), time });
     }
     let pose_of = |id: BodyId, time: f64| match &bodies[id.index()].motion {
-        Motion::Free => None,
+        Motion::Free | Motion::Guided(_) => None,
         Motion::Fixed => Some(bodies[id.index()].pose),
         Motion::Keyframed(track) => Some(track.sample(time).0),
     };

@@ -153,7 +153,7 @@ fn read_recording(
             let motion = match described.motion {
                 Motion::Free => None,
                 Motion::Fixed => Some("fixed"),
-                Motion::Keyframed(_) => Some("moved by keyframes"),
+                Motion::Keyframed(_) | Motion::Guided(_) => Some("moved by keyframes"),
             };
             if let Some(motion) = motion {
                 return Err(MotionImportError::NotFree { path: path.clone(), body: name, motion });

@@ -236,9 +236,8 @@ impl Limits {
     fn new(world: &World, rows: &[ListedContact]) -> Self {
         let moving = world.bodies.iter().filter(|body| !matches!(body.motion, Motion::Fixed));
         // A body that keyframes move can give any impulse.
-        let mass: f64 = moving
-            .map(|body| if matches!(body.motion, Motion::Free) { body.mass } else { f64::INFINITY })
-            .sum();
+        let mass: f64 =
+            moving.map(|body| if body.motion.is_movable() { body.mass } else { f64::INFINITY }).sum();
         let speed = rows.iter().map(|listed| listed.row.velocity.length()).fold(0.0, f64::max);
         let approaches = rows.iter().filter(|listed| listed.row.velocity.dot(listed.row.normal) < 0.0);
         let approaching = approaches.map(|listed| listed.row.impact_id).collect();
@@ -252,8 +251,7 @@ impl Limits {
         if row.kind != ContactKind::Impact {
             return all;
         }
-        let is_free =
-            |id: BodyId| world.bodies.get(id.index()).is_some_and(|body| matches!(body.motion, Motion::Free));
+        let is_free = |id: BodyId| world.bodies.get(id.index()).is_some_and(|body| body.motion.is_movable());
         let inverse_mass = |id: BodyId| {
             world.bodies.get(id.index()).filter(|_| is_free(id)).map_or(0.0, |body| body.mass.recip())
         };

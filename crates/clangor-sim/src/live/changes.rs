@@ -1,6 +1,6 @@
 //! Changes of a live world at its present instant: velocities, added and removed balls, gravity.
 
-use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface};
+use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::material::Material;
 use glam::{DMat3, DVec3};
 
@@ -103,10 +103,7 @@ impl LiveWorld {
             _ => self.release_state(self.solver())?,
         }
         self.world.bodies[body.index()].life.death = f64::NEG_INFINITY;
-        self.world.links.retain(|link| match *link {
-            Link::Hang { body: one, .. } => one != body,
-            Link::Spring { body: one, to, .. } => one != body && to != SpringEnd::Body(body),
-        });
+        self.world.links.retain(|link| link.bodies().all(|end| end != body));
         Ok(())
     }
 

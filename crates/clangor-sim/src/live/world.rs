@@ -1,6 +1,6 @@
 //! A live world: state, advance and queries.
 
-use clangor_core::body::{Body, BodyId, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::body::{Body, BodyId, Link, LinkEnd, Motion, Surface, World};
 use clangor_core::contact::ImpactPulse;
 use clangor_core::timeline::ContactRow;
 use glam::DVec3;
@@ -258,8 +258,8 @@ impl LiveWorld {
         for link in &self.world.links {
             if let Link::Spring { body, to, rest_length, stiffness, .. } = *link {
                 let far = match to {
-                    SpringEnd::Point(point) => point,
-                    SpringEnd::Body(other) => states[other.index()].pose.position,
+                    LinkEnd::Point(point) => point,
+                    LinkEnd::Body { body: other, .. } => states[other.index()].pose.position,
                 };
                 let stretch = far.distance(states[body.index()].pose.position) - rest_length;
                 energy += 0.5 * stiffness * stretch * stretch;

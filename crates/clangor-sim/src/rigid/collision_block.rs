@@ -1,7 +1,8 @@
 //! A block of simultaneous impacts: which points take part, and their impulses.
 //!
 //! Only the points that approach are solved together: `u⁺ ≥ −e u⁻` with `λ ≥ 0` and a round friction cone
-//! (generalized reflections, \[REFL\] §4), by projected Gauss-Seidel.
+//! (generalized reflections, \[REFL\] §4), by projected Gauss-Seidel. Joints of the bodies react to every
+//! impulse (`reactions`), and the whole linkage takes part.
 
 use clangor_core::pose::Pose;
 use clangor_core::timeline::ContactKind;
@@ -9,6 +10,8 @@ use glam::DVec3;
 
 use super::collision_scene::Scene;
 use super::impact_threshold::rest_speed;
+use super::mover::Mover;
+use super::reactions::{JointImpulse, Reactions};
 use super::state::Instant;
 use super::step_log::{ContactImpulse, Impulse};
 
@@ -20,6 +23,8 @@ pub(super) const TOUCHING: f64 = 1e-9;
 pub(super) const ELASTIC_HITS: u32 = 12;
 /// Gauss-Seidel sweeps at most.
 const MAX_SWEEPS: u32 = 400;
+/// Joints hold a point where its mobility is below this part of that without the joints.
+const HELD: f64 = 1e-9;
 /// Velocity correction, relative to the approach, that ends the sweeps.
 const CONVERGED: f64 = 1e-14;
 
@@ -72,13 +77,53 @@ impl BlockPoint {
             gap: 0.0,
             arm_a,
             arm_b,
-            inverse_mass: now_a.inverse_mass_at(arm_a, normal) + now_b.inverse_mass_at(arm_b, normal),
+            inverse_mass: now_a.mover().inverse_mass_at(arm_a, normal)
+                + now_b.mover().inverse_mass_at(arm_b, normal),
             friction: 0.0,
             target: 0.0,
             before: now_a.velocity_at(arm_a) - now_b.velocity_at(arm_b),
             impulse_n: 0.0,
             impulse_t: DVec3::ZERO,
         }
+    }
+
+    /// Solves this point with all others held fixed. Returns the largest change of velocity \[m/s\].
+    fn relax(&mut self, moving: &mut [Mover], reactions: &mut Reactions) -> f64 {
+        let linked = reactions.holds(self.a) || reactions.holds(self.b);
+        let ends = [(self.a, self.arm_a), (self.b, self.arm_b)];
+        let relative = |m: &[Mover]| m[self.a].velocity_at(self.arm_a) - m[self.b].velocity_at(self.arm_b);
+        let push = |moving: &mut [Mover], reactions: &mut Reactions, impulse: DVec3| {
+            let (on_a, on_b) = (self.arm_a.cross(impulse), self.arm_b.cross(-impulse));
+            moving[self.a].push(impulse, on_a);
+            moving[self.b].push(-impulse, on_b);
+            if linked {
+                reactions.react(moving, &[(self.a, impulse, on_a), (self.b, -impulse, on_b)]);
+            }
+        };
+        // Normal impulse.
+        let speed = relative(moving).dot(self.normal);
+        let change = ((self.target - speed) / self.inverse_mass).max(-self.impulse_n);
+        push(moving, reactions, self.normal * change);
+        let changed = (change * self.inverse_mass).abs();
+        let impulse_n = self.impulse_n + change;
+        // Friction, projected onto the cone.
+        let slip = relative(moving).reject_from_normalized(self.normal);
+        let Some(direction) = slip.try_normalize().filter(|_| self.friction > 0.0) else {
+            self.impulse_n = impulse_n;
+            return changed;
+        };
+        let inverse_mass = if linked {
+            reactions.response(moving, ends, direction).dot(direction)
+        } else {
+            moving[self.a].inverse_mass_at(self.arm_a, direction)
+                + moving[self.b].inverse_mass_at(self.arm_b, direction)
+        };
+        let limit = self.friction * impulse_n;
+        let wanted = (self.impulse_t - slip / inverse_mass).clamp_length_max(limit);
+        let change = wanted - self.impulse_t;
+        push(moving, reactions, change);
+        (self.impulse_n, self.impulse_t) = (impulse_n, wanted);
+        changed.max(change.length() * inverse_mass)
     }
 }
 
@@ -89,9 +134,41 @@ pub(super) struct Block {
     /// Whether bodies vibrate by impacts that nothing solves: restitution is that of whole bodies.
     pub(super) vibrates: bool,
     points: Vec<BlockPoint>,
+    reactions: Reactions,
 }
 
 impl Block {
+    /// Adds the bodies that joints hold to the actors, and sets up their joints.
+    pub(super) fn join(&mut self, scene: &Scene<'_>, t: f64) {
+        let linkages = scene.linkages;
+        let mut joined: Vec<usize> = self.actors.iter().filter_map(|actor| linkages.of(actor.body)).collect();
+        joined.sort_unstable();
+        joined.dedup();
+        for body in joined.iter().flat_map(|&linkage| linkages.ends_of(linkage)) {
+            self.add_actor(scene, body, t);
+        }
+        let movers: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
+        let place = |body: usize| {
+            let index = self.actors.iter().position(|actor| actor.body == body).unwrap_or(0);
+            (self.actors[index].pose(), index)
+        };
+        self.reactions.set_up(linkages, joined.into_iter(), &place, &movers);
+    }
+
+    /// Adds a body at time `t` of the step, unless it takes part already.
+    pub(super) fn add_actor(&mut self, scene: &Scene<'_>, body: usize, t: f64) {
+        if !self.actors.iter().any(|actor| actor.body == body) {
+            let state = &scene.bodies[body];
+            let now = state.at(scene.step.time, scene.step.length, t, state.gravity(scene.step.gravity));
+            self.actors.push(Actor { body, now });
+        }
+    }
+
+    /// Whether joints hold an actor.
+    pub(super) fn is_linked(&self) -> bool {
+        !self.reactions.is_empty()
+    }
+
     /// Replaces the points by some whose impulses are known.
     pub(super) fn replace_points(&mut self, points: Vec<BlockPoint>) {
         self.points = points;
@@ -105,6 +182,7 @@ impl Block {
     /// Collects the approaching points of the group.
     pub(super) fn assemble(&mut self, scene: &Scene<'_>, group: &[usize], round: u32) {
         self.points.clear();
+        let movers: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
         for &index in group {
             let pair = &scene.pairs[index];
             let find = |body: u32| self.actors.iter().position(|actor| actor.body == body as usize);
@@ -123,10 +201,20 @@ impl Block {
                 let spent = pair.hits >= ELASTIC_HITS || round >= ELASTIC_HITS;
                 let ramp = ((approach - rest) / rest).clamp(0.0, 1.0);
                 let restitution = if spent { 0.0 } else { law.at(approach) * ramp };
+                let mut inverse_mass = known.inverse_mass;
+                if self.reactions.holds(a) || self.reactions.holds(b) {
+                    let ends = [(a, known.arm_a), (b, known.arm_b)];
+                    inverse_mass = self.reactions.response(&movers, ends, normal).dot(normal);
+                    // Joints hold the point: nothing can turn it back.
+                    if inverse_mass <= HELD * known.inverse_mass {
+                        continue;
+                    }
+                }
                 self.points.push(BlockPoint {
                     gap: point.gap,
                     friction: pair.coefficients.friction,
                     target: restitution * approach,
+                    inverse_mass,
                     ..known
                 });
             }
@@ -136,36 +224,15 @@ impl Block {
     /// Computes the impulses of the points by projected Gauss-Seidel; [`Self::apply_and_log`] then applies
     /// them to the actors.
     pub(super) fn solve(&mut self) {
-        let mut moving: Vec<Instant> = self.actors.iter().map(|actor| actor.now).collect();
+        let mut moving: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
         let scale = self.points.iter().map(|p| p.before.length()).fold(0.0, f64::max);
+        self.reactions.restart();
         for _ in 0..MAX_SWEEPS {
             let mut largest = 0.0_f64;
             for point in &mut self.points {
-                let relative =
-                    |m: &[Instant]| m[point.a].velocity_at(point.arm_a) - m[point.b].velocity_at(point.arm_b);
-                // Normal impulse.
-                let speed = relative(&moving).dot(point.normal);
-                let change = ((point.target - speed) / point.inverse_mass).max(-point.impulse_n);
-                point.impulse_n += change;
-                moving[point.a].push(point.arm_a, point.normal * change);
-                moving[point.b].push(point.arm_b, point.normal * -change);
-                largest = largest.max((change * point.inverse_mass).abs());
-                // Friction, projected onto the cone.
-                if point.friction <= 0.0 {
-                    continue;
-                }
-                let slip = relative(&moving).reject_from_normalized(point.normal);
-                let Some(direction) = slip.try_normalize() else { continue };
-                let inverse_mass = moving[point.a].inverse_mass_at(point.arm_a, direction)
-                    + moving[point.b].inverse_mass_at(point.arm_b, direction);
-                let limit = point.friction * point.impulse_n;
-                let wanted = (point.impulse_t - slip / inverse_mass).clamp_length_max(limit);
-                let change = wanted - point.impulse_t;
-                point.impulse_t = wanted;
-                moving[point.a].push(point.arm_a, change);
-                moving[point.b].push(point.arm_b, -change);
-                largest = largest.max(change.length() * inverse_mass);
+                largest = largest.max(point.relax(&mut moving, &mut self.reactions));
             }
+            largest = largest.max(self.reactions.pull_taut(&mut moving));
             if largest <= CONVERGED * scale {
                 break;
             }
@@ -216,6 +283,19 @@ impl Block {
                 now.momentum += arm.cross(impulse);
             }
         }
+        for JointImpulse { ends, arms, impulse, couple, .. } in self.reactions.totals() {
+            for ((actor, arm), sign) in ends.into_iter().zip(arms).zip([1.0, -1.0]) {
+                if let Some(actor) = actor {
+                    let now = &mut self.actors[actor].now;
+                    now.velocity += impulse * (sign * now.inverse_mass);
+                    now.momentum += (arm.cross(impulse) + couple) * sign;
+                }
+            }
+        }
+        if scene.log.skips_slower().is_none() {
+            self.reactions.log(scene.linkages, time, scene.log);
+        }
+        self.reactions.restart();
         for actor in &mut self.actors {
             if scene.bodies[actor.body].is_awake() {
                 actor.now.angular_velocity = actor.now.inverse_inertia * actor.now.momentum;

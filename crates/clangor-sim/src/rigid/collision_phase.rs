@@ -13,7 +13,7 @@
 //! Differs: \[GUE\] moves all bodies to the end of the step and solves there; here every impulse acts at its
 //! own instant and pose.
 
-use super::collision_block::{Actor, Block, ELASTIC_HITS};
+use super::collision_block::{Block, ELASTIC_HITS};
 use super::collision_scene::Scene;
 use super::prediction::{Candidate, Predictions};
 use super::sleep;
@@ -84,17 +84,16 @@ impl CollisionPhase {
         // Bodies of the block at the instant t.
         self.block.actors.clear();
         for &index in &self.group {
-            let key = scene.pairs[index].key;
-            for body in [key.a as usize, key.b as usize] {
-                if !self.block.actors.iter().any(|actor| actor.body == body) {
-                    let state = &scene.bodies[body];
-                    let now = state.at(step.time, step.length, t, state.gravity(step.gravity));
-                    self.block.actors.push(Actor { body, now });
-                }
+            for body in scene.pairs[index].ends() {
+                self.block.add_actor(scene, body, t);
             }
         }
+        self.block.join(scene, t);
         // Bodies that vibrate: impulses of a solve of the contacts.
         self.block.give_way(scene, &mut self.group, t);
+        if !self.block.is_linked() {
+            self.block.join(scene, t);
+        }
         // Rounds of reflections until no point approaches.
         for round in 0..MAX_ROUNDS {
             self.block.assemble(scene, &self.group, round);

@@ -2,6 +2,7 @@
 
 use super::broad_phase::Neighbours;
 use super::compliance::Compliance;
+use super::linkage::Linkages;
 use super::pair::{Pair, PairScratch, Step};
 use super::shape::Shape;
 use super::state::BodyState;
@@ -13,6 +14,7 @@ pub(super) struct Scene<'a> {
     pub(super) pairs: &'a mut [Pair],
     pub(super) neighbours: &'a Neighbours,
     pub(super) shapes: &'a [Shape],
+    pub(super) linkages: &'a Linkages,
     pub(super) step: Step,
     pub(super) scratch: &'a mut PairScratch,
     pub(super) log: &'a mut StepLog,

@@ -12,7 +12,7 @@
 //! The bodies would move by V τ meanwhile, 20 to 300 µm at 1 m/s, and gravity would add g τ, below 3 mm/s.
 //!
 //! Bodies without modes, such as the pieces of a broken one, keep the impulses of rigid bodies. So do impacts
-//! that are slow, or that meet a vibrating body while the forces of its last solve act on it, as in a crowd:
+//! of bodies with joints, whose reactions the solve does not know, and impacts that are slow, or that meet a vibrating body while the forces of its last solve act on it, as in a crowd:
 //! their restitution is that of whole bodies, in which vibration counts.
 
 use clangor_core::body::BodyId;
@@ -106,6 +106,9 @@ impl Block {
     fn gather_pressed(&mut self, scene: &mut Scene<'_>, group: &mut Vec<usize>, t: f64) -> Option<f64> {
         let compliance = scene.compliance.as_ref()?;
         self.vibrates = self.actors.iter().any(|actor| compliance.vibrates(actor.body));
+        if self.is_linked() {
+            return None;
+        }
         if group.iter().any(|pair| scene.pairs[*pair].hits >= ELASTIC_HITS) {
             return None;
         }

@@ -58,8 +58,8 @@ impl RigidWorld {
     /// Replaces `parent` by its pieces at the present time and wakes the bodies that it touched.
     ///
     /// # Errors
-    /// [`SimulationError::CannotBreak`] for a body that is not free or does not exist, has a spring, or has
-    /// no pieces; [`SimulationError::BadBody`] for a piece that cannot be simulated. The world is unchanged
+    /// [`SimulationError::CannotBreak`] for a body that is not free or does not exist, has a spring, a joint
+    /// or a force, or has no pieces; [`SimulationError::BadBody`] for a piece that cannot be simulated. The world is unchanged
     /// after an error.
     pub fn replace(&mut self, parent: BodyId, pieces: &[Body]) -> Result<Vec<BodyId>, SimulationError> {
         let broken = parent.index();
@@ -74,6 +74,10 @@ impl RigidWorld {
             Some(_) if pieces.is_empty() => return Err(cannot("has no pieces")),
             Some(_) if self.springs.iter().any(|spring| spring.ends().any(|end| end == broken)) => {
                 return Err(cannot("is held by a spring"));
+            }
+            Some(_) if self.linkages.of(broken).is_some() => return Err(cannot("is held by a joint")),
+            Some(_) if self.loads.iter().any(|load| load.body == broken) => {
+                return Err(cannot("is moved by a force"));
             }
             Some(_) => {}
         }

@@ -49,7 +49,7 @@ pub(super) fn fall_asleep(
     let mut shortest = vec![f64::INFINITY; bodies.len()];
     for i in (0..bodies.len()).filter(|&i| bodies[i].is_free()) {
         let island = root(&mut parent, i);
-        let quiet = if restless[i] { 0.0 } else { bodies[i].quiet };
+        let quiet = if restless[i] || bodies[i].grip().is_some() { 0.0 } else { bodies[i].quiet };
         shortest[island] = shortest[island].min(quiet);
     }
     for (i, body) in bodies.iter_mut().enumerate() {

@@ -1,9 +1,9 @@
-//! Linear springs between centres of mass, as explicit forces at the middle of the step.
+//! Linear springs between points of bodies, as explicit forces at the middle of the step.
 //!
 //! `F = −(k (l − l₀) + c l̇) e` along the unit vector e from the far end. With the positions of the middle
-//! this is the leapfrog rule, stable while `Δt √(k/m) < 2`.
+//! this is the leapfrog rule, stable while `Δt √(k/m) < 2`, m the effective mass at the ends.
 
-use clangor_core::body::{BodyId, Link, SpringEnd};
+use clangor_core::body::{BodyId, Link, LinkEnd};
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
@@ -14,63 +14,57 @@ use super::step_log::{Impulse, StepLog};
 /// A spring of the world.
 pub(super) struct Spring {
     body: usize,
-    to: SpringEnd,
+    at: DVec3,
+    to: LinkEnd,
     rest_length: f64,
     stiffness: f64,
     damping: f64,
 }
 
 impl Spring {
-    /// A spring; `Err` states what is not supported, and the body.
-    pub(super) fn try_new(
+    /// The spring of a link, if it is one; `Err` states what is not supported, and the body.
+    pub(super) fn of_link(
         link: &Link,
         bodies: &[BodyState],
         step: f64,
-    ) -> Result<Self, (&'static str, BodyId)> {
-        let Link::Spring { body, to, rest_length, stiffness, damping } = link else {
-            let Link::Hang { body, .. } = link else { return Err(("link of this kind", BodyId(0))) };
-            return Err(("rods", *body));
-        };
+    ) -> Result<Option<Self>, (&'static str, BodyId)> {
+        let &Link::Spring { body, at, to, rest_length, stiffness, damping } = link else { return Ok(None) };
+        let inverse_mass = |body: BodyId, at: DVec3| bodies[body.index()].largest_inverse_mass_at(at);
         let far = match to {
-            SpringEnd::Body(other) => Some(*other),
-            SpringEnd::Point(_) => None,
+            LinkEnd::Point(_) => 0.0,
+            LinkEnd::Body { body, at } => inverse_mass(body, at),
         };
-        let inverse_mass: f64 = [Some(*body), far]
-            .into_iter()
-            .flatten()
-            .filter_map(|id| bodies.get(id.index()))
-            .map(BodyState::inverse_mass)
-            .sum();
-        if [Some(*body), far].into_iter().flatten().any(|id| id.index() >= bodies.len()) {
-            return Err(("springs without a body", *body));
-        }
+        let inverse_mass = inverse_mass(body, at) + far;
         let finite = [rest_length, stiffness, damping].iter().all(|x| x.is_finite());
         if !finite || stiffness * inverse_mass * step * step > 1.0 || damping * inverse_mass * step > 1.0 {
-            return Err(("springs so stiff at this time step", *body));
+            return Err(("springs so stiff at this time step", body));
         }
-        let (rest_length, stiffness, damping) = (*rest_length, *stiffness, *damping);
-        Ok(Spring { body: body.index(), to: *to, rest_length, stiffness, damping })
+        Ok(Some(Spring { body: body.index(), at, to, rest_length, stiffness, damping }))
     }
 
     /// Indices of the bodies at its ends.
     pub(super) fn ends(&self) -> impl Iterator<Item = usize> {
-        let far = match self.to {
-            SpringEnd::Body(other) => Some(other.index()),
-            SpringEnd::Point(_) => None,
-        };
-        [Some(self.body), far].into_iter().flatten()
+        [Some(self.body), self.to.body().map(BodyId::index)].into_iter().flatten()
     }
 
     /// Applies and logs the impulse of one step.
     pub(super) fn pull(&self, bodies: &mut [BodyState], step: &Step, log: &mut StepLog) {
-        let near = &bodies[self.body];
-        let (far, far_velocity, far_id) = match self.to {
-            SpringEnd::Point(point) => (point, DVec3::ZERO, BodyId::WORLD),
-            SpringEnd::Body(id) => (bodies[id.index()].mid_position, bodies[id.index()].velocity, id),
+        let point_of = |body: usize, at: DVec3| {
+            let state = &bodies[body];
+            let arm = state.mid_orientation * at;
+            (state.mid_position + arm, state.velocity + state.angular_velocity.cross(arm), arm)
         };
-        let between = near.mid_position - far;
+        let (near, near_velocity, arm_a) = point_of(self.body, self.at);
+        let (far, far_velocity, arm_b, far_id) = match self.to {
+            LinkEnd::Point(point) => (point, DVec3::ZERO, DVec3::ZERO, BodyId::WORLD),
+            LinkEnd::Body { body, at } => {
+                let (point, velocity, arm) = point_of(body.index(), at);
+                (point, velocity, arm, body)
+            }
+        };
+        let between = near - far;
         let Some(along) = between.try_normalize() else { return };
-        let velocity = near.velocity - far_velocity;
+        let velocity = near_velocity - far_velocity;
         let force =
             -(self.stiffness * (between.length() - self.rest_length) + self.damping * velocity.dot(along));
         let row = ContactRow {
@@ -78,7 +72,7 @@ impl Spring {
             body_a: BodyId(self.body as u32),
             body_b: far_id,
             kind: ContactKind::Constraint,
-            point: near.mid_position,
+            point: near,
             normal: along,
             impulse_n: force * step.length,
             impulse_t: DVec3::ZERO,
@@ -88,13 +82,12 @@ impl Spring {
             impact_id: 0,
         };
         let impulse = row.impulse();
-        for (i, impulse) in self.ends().zip([impulse, -impulse]) {
-            let inverse_mass = bodies[i].inverse_mass();
-            bodies[i].velocity += impulse * inverse_mass;
+        for (end, (impulse, arm)) in self.ends().zip([(impulse, arm_a), (-impulse, arm_b)]) {
+            bodies[end].kick(impulse, arm.cross(impulse));
         }
         if log.skips_slower().is_none() {
             log.begin(ContactKind::Constraint);
-            log.impulse(Impulse { row, arm_a: DVec3::ZERO, arm_b: DVec3::ZERO });
+            log.impulse(Impulse { row, arm_a, arm_b });
             log.end();
         }
     }

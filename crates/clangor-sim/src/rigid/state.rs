@@ -11,12 +11,13 @@
 //! [`BodyState::redirect`]. After the collision phase u becomes the velocity at the end of the step by `u +=
 //! g Δt`, and the contact phase acts at (x_m, q_m).
 
-use clangor_core::body::{Body, BodyId, Motion};
-use clangor_core::pose::Track;
+use clangor_core::body::{Body, BodyId, Guide, Motion};
+use clangor_core::pose::{Pose, Track};
 use clangor_core::timeline::PoseRow;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::flight::{angular_velocity, turn};
+use super::mover::Mover;
 
 /// Inertias that differ by less than this fraction are equal.
 const ISOTROPY: f64 = 1e-12;
@@ -26,6 +27,8 @@ pub(super) enum Drive {
     Free,
     Fixed,
     Keyframed(Track),
+    /// Free, but led along a track with at most this force \[N\] (`grip`).
+    Held(Track, f64),
     /// The body has broken; only its index remains.
     Gone,
 }
@@ -33,6 +36,8 @@ pub(super) enum Drive {
 /// A body as it flies through a step.
 pub(super) struct BodyState {
     pub(super) drive: Drive,
+    /// When a track lets it go \[s\].
+    let_go: Option<f64>,
     pub(super) shape: usize,
     /// Radius of the bounding ball about the centre of mass \[m\].
     pub(super) radius: f64,
@@ -96,16 +101,14 @@ impl Instant {
         self.velocity + self.angular_velocity.cross(arm)
     }
 
-    /// Inverse effective mass along `direction` at `arm` \[1/kg\].
-    pub(super) fn inverse_mass_at(&self, arm: DVec3, direction: DVec3) -> f64 {
-        let lever = arm.cross(direction);
-        self.inverse_mass + lever.dot(self.inverse_inertia * lever)
-    }
-
-    /// Applies an impulse at `arm`.
-    pub(super) fn push(&mut self, arm: DVec3, impulse: DVec3) {
-        self.velocity += impulse * self.inverse_mass;
-        self.angular_velocity += self.inverse_inertia * arm.cross(impulse);
+    /// The velocities that impulses change.
+    pub(super) fn mover(&self) -> Mover {
+        Mover {
+            velocity: self.velocity,
+            spin: self.angular_velocity,
+            inverse_mass: self.inverse_mass,
+            inverse_inertia: self.inverse_inertia,
+        }
     }
 }
 
@@ -116,10 +119,14 @@ impl BodyState {
             Motion::Free => Drive::Free,
             Motion::Fixed => Drive::Fixed,
             Motion::Keyframed(track) => Drive::Keyframed(track.clone()),
+            Motion::Guided(Guide { track, press: Some(press), .. }) => Drive::Held(track.clone(), *press),
+            Motion::Guided(Guide { track, press: None, .. }) => Drive::Keyframed(track.clone()),
         };
+        let let_go = if let Motion::Guided(guide) = &body.motion { guide.let_go } else { None };
         let free = matches!(drive, Drive::Free);
-        let inverse_inertia = if free { body.inertia.inverse() } else { DMat3::ZERO };
-        if free {
+        let movable = body.motion.is_movable();
+        let inverse_inertia = if movable { body.inertia.inverse() } else { DMat3::ZERO };
+        if movable {
             let definite = body.inertia.determinant() > 0.0
                 && body.inertia.to_cols_array().iter().all(|x| x.is_finite())
                 && (0..3).all(|i| body.inertia.col(i)[i] > 0.0);
@@ -135,9 +142,11 @@ impl BodyState {
         } else if !radius.is_finite() && !matches!(drive, Drive::Fixed) {
             return Err("is a half-space that is not fixed");
         }
-        let pose = match &drive {
-            Drive::Keyframed(track) => track.sample(0.0).0,
-            _ => body.pose,
+        let (pose, velocity, spin) = match &drive {
+            Drive::Keyframed(track) => (track.sample(0.0).0, DVec3::ZERO, DVec3::ZERO),
+            Drive::Held(track, _) => track.sample(0.0),
+            Drive::Free => (body.pose, body.velocity, body.angular_velocity),
+            Drive::Fixed | Drive::Gone => (body.pose, DVec3::ZERO, DVec3::ZERO),
         };
         if !pose.position.is_finite() || !(pose.orientation.length() - 1.0).abs().le(&1e-6) {
             return Err("has no proper pose");
@@ -146,12 +155,14 @@ impl BodyState {
         let trace = body.inertia.col(0).x + body.inertia.col(1).y + body.inertia.col(2).z;
         let deviation = body.inertia - DMat3::from_diagonal(DVec3::splat(trace / 3.0));
         let isotropic = deviation.to_cols_array().iter().all(|d| d.abs() <= ISOTROPY * trace);
-        let to_body = orientation.inverse() * body.angular_velocity;
+        let to_body = orientation.inverse() * spin;
+        let led = free || matches!(drive, Drive::Held(..));
         Ok(BodyState {
-            momentum: if free { orientation * (body.inertia * to_body) } else { DVec3::ZERO },
-            velocity: if free { body.velocity } else { DVec3::ZERO },
-            angular_velocity: if free { body.angular_velocity } else { DVec3::ZERO },
+            momentum: if led { orientation * (body.inertia * to_body) } else { DVec3::ZERO },
+            velocity,
+            angular_velocity: spin,
             drive,
+            let_go,
             shape,
             radius,
             mass: body.mass,
@@ -171,16 +182,45 @@ impl BodyState {
         })
     }
 
+    /// Whether impulses move it.
     pub(super) fn is_free(&self) -> bool {
-        matches!(self.drive, Drive::Free)
+        matches!(self.drive, Drive::Free | Drive::Held(..))
+    }
+
+    /// Whether impulses move it, now or once it is let go.
+    pub(super) fn is_movable(&self) -> bool {
+        self.is_free() || self.let_go.is_some()
+    }
+
+    /// The track along which it is led, and the largest force \[N\].
+    pub(super) fn grip(&self) -> Option<(&Track, f64)> {
+        if let Drive::Held(track, press) = &self.drive { Some((track, *press)) } else { None }
+    }
+
+    /// Lets the body go if its time has come by the start of a step; it keeps the velocity of its track.
+    /// Returns whether it did.
+    pub(super) fn release(&mut self, time: f64, step: f64) -> bool {
+        if self.let_go.is_none_or(|let_go| let_go > time + 0.5 * step) {
+            return false;
+        }
+        self.let_go = None;
+        if let Drive::Keyframed(track) = &self.drive {
+            let (pose, velocity, spin) = track.sample(time);
+            (self.position, self.orientation) = (pose.position, pose.orientation.normalize());
+            let to_body = self.orientation.inverse() * spin;
+            self.velocity = velocity;
+            self.momentum = self.orientation * (self.inverse_inertia.inverse() * to_body);
+        }
+        self.drive = Drive::Free;
+        true
     }
 
     /// Whether its pose may ever change.
     pub(super) fn can_move(&self) -> bool {
         match &self.drive {
-            Drive::Free => true,
+            Drive::Free | Drive::Held(..) => true,
             Drive::Fixed | Drive::Gone => false,
-            Drive::Keyframed(track) => !track.is_fixed(),
+            Drive::Keyframed(track) => !track.is_fixed() || self.let_go.is_some(),
         }
     }
 
@@ -236,7 +276,9 @@ impl BodyState {
     /// Angular velocity at the start of the step \[rad/s\].
     pub(super) fn start_angular_velocity(&self) -> DVec3 {
         match &self.drive {
-            Drive::Free => angular_velocity(self.orientation, self.momentum, &self.inverse_inertia),
+            Drive::Free | Drive::Held(..) => {
+                angular_velocity(self.orientation, self.momentum, &self.inverse_inertia)
+            }
             _ => self.angular_velocity,
         }
     }
@@ -245,7 +287,7 @@ impl BodyState {
     pub(super) fn begin_step(&mut self, time: f64, step: f64) {
         self.last_hit = 0.0;
         match &self.drive {
-            Drive::Free if !self.asleep => {
+            Drive::Free | Drive::Held(..) if !self.asleep => {
                 self.mid_position = self.position + self.velocity * (0.5 * step);
                 self.mid_orientation = self.turned(self.orientation, 0.5 * step);
                 self.refresh_middle();
@@ -265,7 +307,7 @@ impl BodyState {
     /// Moves to the end of the step, at `end` \[s\]. The velocity is now that of the end.
     pub(super) fn end_step(&mut self, end: f64, step: f64) {
         match &self.drive {
-            Drive::Free if !self.asleep => {
+            Drive::Free | Drive::Held(..) if !self.asleep => {
                 self.position = self.mid_position + self.velocity * (0.5 * step);
                 self.orientation = self.turned(self.mid_orientation, 0.5 * step);
             }
@@ -290,7 +332,7 @@ impl BodyState {
         let from_middle = t - 0.5 * step;
         match &self.drive {
             _ if from_middle == 0.0 => (self.mid_position, self.mid_orientation),
-            Drive::Free if !self.asleep => (
+            Drive::Free | Drive::Held(..) if !self.asleep => (
                 self.mid_position + self.velocity * from_middle,
                 self.turned(self.mid_orientation, from_middle),
             ),
@@ -315,7 +357,7 @@ impl BodyState {
             inverse_inertia: DMat3::ZERO,
         };
         match &self.drive {
-            Drive::Free if !self.asleep => {
+            Drive::Free | Drive::Held(..) if !self.asleep => {
                 position += gravity * (0.5 * t * t);
                 let rotation = DMat3::from_quat(orientation);
                 instant.position = position;
@@ -356,6 +398,53 @@ impl BodyState {
     pub(super) fn push(&mut self, momentum: DVec3, angular: DVec3) {
         self.velocity += momentum / self.mass;
         self.momentum += angular;
+    }
+
+    /// Applies an impulse and an angular impulse at the middle of the step, if the body is awake.
+    pub(super) fn kick(&mut self, impulse: DVec3, angular: DVec3) {
+        if self.is_awake() {
+            self.velocity += impulse * self.inverse_mass();
+            self.momentum += angular;
+            self.angular_velocity = self.world_inverse_inertia * self.momentum;
+        }
+    }
+
+    /// Upper bound of the inverse effective mass at a point \[m, body frame\], in all directions \[1/kg\].
+    pub(super) fn largest_inverse_mass_at(&self, at: DVec3) -> f64 {
+        if !self.is_movable() {
+            return 0.0;
+        }
+        let softest = (0..3).map(|k| self.inverse_inertia.col(k).length()).sum::<f64>();
+        self.mass.recip() + at.length_squared() * softest
+    }
+
+    /// Its pose at the middle of the step.
+    pub(super) fn middle_pose(&self) -> Pose {
+        Pose { position: self.mid_position, orientation: self.mid_orientation }
+    }
+
+    /// The velocities that impulses change at the middle of the step.
+    pub(super) fn mover(&self) -> Mover {
+        Mover {
+            velocity: self.velocity,
+            spin: self.angular_velocity,
+            inverse_mass: self.inverse_mass(),
+            inverse_inertia: if self.is_awake() { self.world_inverse_inertia } else { DMat3::ZERO },
+        }
+    }
+
+    /// The pose at the middle of the next step, after this one from `time` \[s\], if the velocities at the
+    /// middle become those of `mover`.
+    pub(super) fn next_middle(&self, mover: &Mover, time: f64, step: f64) -> Pose {
+        if !self.is_awake() {
+            let (position, orientation) = self.weightless_pose(time, step, 1.5 * step);
+            return Pose { position, orientation };
+        }
+        let momentum = self.world_inverse_inertia.inverse() * mover.spin;
+        Pose {
+            position: self.mid_position + mover.velocity * step,
+            orientation: turn(self.mid_orientation, momentum, &self.inverse_inertia, self.isotropic, step),
+        }
     }
 
     /// Stops the body when it falls asleep.

@@ -13,6 +13,8 @@ use super::collision_phase::CollisionPhase;
 use super::collision_scene::Scene;
 use super::compliance::{BodySide, Compliance, ContactModes};
 use super::contact_phase::ContactPhase;
+use super::linkage::Linkages;
+use super::load::Load;
 use super::pair::{Pair, PairScratch, Step};
 use super::shape::Shape;
 use super::sleep;
@@ -36,6 +38,8 @@ pub struct RigidWorld {
     pub(super) shapes: Vec<Shape>,
     pub(super) sides: Vec<BodySide>,
     pub(super) springs: Vec<Spring>,
+    pub(super) loads: Vec<Load>,
+    pub(super) linkages: Linkages,
     pub(super) restless: Vec<bool>,
     pub(super) gravity: DVec3,
     pub(super) time_step: f64,
@@ -84,15 +88,21 @@ impl RigidWorld {
             bodies.push(BodyState::try_new(body, shape, shapes[shape].radius).map_err(bad)?);
         }
         let mut restless = vec![false; bodies.len()];
+        let unknown = |what, id: BodyId| {
+            let name = world.bodies.get(id.index()).map_or_else(String::new, |b| b.name.clone());
+            SimulationError::Unsupported { what, name }
+        };
+        let linkages = Linkages::try_new(&world.links, &bodies)
+            .map_err(|body| unknown("links without a body", BodyId(body as u32)))?;
+        (0..bodies.len()).for_each(|body| restless[body] = linkages.of(body).is_some());
         let mut springs = Vec::new();
         for link in &world.links {
-            let spring = Spring::try_new(link, &bodies, time_step).map_err(|(what, id)| {
-                let name = world.bodies.get(id.index()).map_or_else(String::new, |b| b.name.clone());
-                SimulationError::Unsupported { what, name }
-            })?;
-            spring.ends().for_each(|i| restless[i] = true);
-            springs.push(spring);
+            let spring = Spring::of_link(link, &bodies, time_step).map_err(|(what, id)| unknown(what, id))?;
+            spring.iter().flat_map(Spring::ends).for_each(|body| restless[body] = true);
+            springs.extend(spring);
         }
+        let loads: Vec<Load> = world.links.iter().filter_map(Load::of_link).collect();
+        loads.iter().for_each(|load| restless[load.body] = true);
         let mut rigid = RigidWorld {
             names: world.bodies.iter().map(|b| b.name.clone()).collect(),
             materials: world.bodies.iter().map(|b: &Body| b.material.clone()).collect(),
@@ -100,6 +110,8 @@ impl RigidWorld {
             shapes,
             sides: world.bodies.iter().enumerate().map(|(i, b)| BodySide::new(BodyId(i as u32), b)).collect(),
             springs,
+            loads,
+            linkages,
             restless,
             gravity: world.gravity,
             time_step,
@@ -223,6 +235,7 @@ impl RigidWorld {
         // Fly to the middle of the step and update the contacts there.
         let mut rebuild = self.paired < self.bodies.len();
         for body in &mut self.bodies {
+            rebuild |= body.release(step.time, step.length);
             body.begin_step(step.time, step.length);
             rebuild |= body.moved > 0.5 * body.margin;
         }
@@ -242,6 +255,7 @@ impl RigidWorld {
             pairs: &mut self.pairs,
             neighbours: &self.neighbours,
             shapes: &self.shapes,
+            linkages: &self.linkages,
             step,
             scratch: &mut self.scratch,
             log,
@@ -252,15 +266,20 @@ impl RigidWorld {
                 solver: &mut self.compliant,
             }),
         });
-        // Gravity and springs.
+        // Gravity, springs, loads and damped joints.
         for body in self.bodies.iter_mut().filter(|b| b.is_awake()) {
             body.velocity += self.gravity * step.length;
         }
         for spring in &self.springs {
             spring.pull(&mut self.bodies, &step, log);
         }
+        for load in &self.loads {
+            load.act(&mut self.bodies, &step, log);
+        }
+        self.linkages.damp(&mut self.bodies, &step, log);
         // Contact phase: resting, sliding and rolling contact.
-        self.sweeps += u64::from(self.contact.run(&mut self.bodies, &mut self.pairs, &step, log));
+        let sweeps = self.contact.run(&mut self.bodies, &mut self.pairs, &self.linkages, &step, log);
+        self.sweeps += u64::from(sweeps);
         // Fly to the end of the step; sleep.
         self.steps += 1;
         let end = self.time();
@@ -288,7 +307,8 @@ impl RigidWorld {
     }
 
     fn find_pairs(&mut self) {
-        let keys = broad_phase::pairs(&mut self.bodies, &self.shapes, self.time_step);
+        let mut keys = broad_phase::pairs(&mut self.bodies, &self.shapes, self.time_step);
+        keys.retain(|key| !self.linkages.keep_apart(key.a as usize, key.b as usize));
         self.neighbours = Neighbours::new(&keys, &self.bodies);
         let mut old = std::mem::take(&mut self.pairs).into_iter().peekable();
         for key in keys {

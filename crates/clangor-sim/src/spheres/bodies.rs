@@ -113,6 +113,7 @@ fn check_kind(body: &Body) -> Result<(), SimulationError> {
         (_, Motion::Keyframed(track)) if !track.is_fixed() => {
             refuse("it moves by keyframes, which the exact solver does not follow")
         }
+        (_, Motion::Guided(_)) => refuse("it is led by keyframes, which the exact solver does not follow"),
         (Surface::HalfSpace | Surface::Plate { .. }, Motion::Free) => refuse("a plane cannot be free"),
         (Surface::Sphere { radius }, _) if !positive(*radius) => {
             refuse("its radius is not a positive number")

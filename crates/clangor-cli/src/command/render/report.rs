@@ -299,7 +299,7 @@ impl RenderReportView<'_> {
             }
         } else if body.surface.is_plane() {
             "silent: it does not move".into()
-        } else if body.motion != Motion::Free {
+        } else if !body.motion.is_movable() {
             let held = match body.motion {
                 Motion::Fixed => "does not move as a whole",
                 _ => "moves by keyframes, not by impacts",

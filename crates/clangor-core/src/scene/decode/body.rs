@@ -9,7 +9,7 @@ use super::motion::{body_track, orientation};
 use super::names::{Names, name};
 use super::reader::{Decoder, Node, Quantity, Section};
 use super::settings::{RINGING, SOUNDS};
-use crate::body::Motion;
+use crate::body::{Guide, Motion};
 use crate::material::{Material, presets};
 use crate::pose::Pose;
 use crate::scene::body_description::{BodyDescription, Copies, PlacedBy, RandomPlacement};
@@ -32,6 +32,8 @@ pub(super) const KEYS: &[&str] = &[
     "angular_velocity",
     "motion",
     "keyframes",
+    "press",
+    "let_go",
     "edge_radius",
     "collision_error",
     "acceleration",
@@ -147,7 +149,7 @@ fn body(
     let (geometry, geometry_place) = geometry?;
     let mut pose = Pose { position: position.unwrap_or(DVec3::ZERO), orientation: orientation? };
     let motion = motion?;
-    if let Motion::Keyframed(track) = &motion {
+    if let Some(track) = motion.track() {
         pose = track.sample(0.0).0;
     }
     Some(BodyDescription {
@@ -212,7 +214,7 @@ fn breakable(
     {
         d.error(node.place(d), Problem::CannotBreak { material: material.name.clone(), missing });
     }
-    if matches!(motion, Some(Motion::Fixed | Motion::Keyframed(_))) {
+    if matches!(motion, Some(Motion::Fixed | Motion::Keyframed(_) | Motion::Guided(_))) {
         let other = "a motion that nothing changes";
         for key in ["preset", "keyframes", "motion"].into_iter().filter(|key| section.has(key)).take(1) {
             section.exclude(d, "fracture", key, other);
@@ -223,7 +225,14 @@ fn breakable(
 
 fn motion(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Motion> {
     let motion = section.choice(d, "motion", &[("free", false), ("fixed", true)]);
+    let press = section.number(d, "press", Quantity::between(1e-9, 1e9, "N"));
+    let let_go = section.number(d, "let_go", Quantity::between(0.0, 1e9, "s"));
     let Some(node) = section.get("keyframes") else {
+        for key in ["press", "let_go"] {
+            if let Some(node) = section.get(key) {
+                d.error(node.place(d), Problem::Needs { key, other: "`keyframes`" });
+            }
+        }
         return match motion {
             None if section.has("motion") => None,
             fixed => Some(if fixed == Some(true) { Motion::Fixed } else { Motion::Free }),
@@ -235,7 +244,11 @@ fn motion(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Motion> {
     section.exclude(d, "orientation", "keyframes", "`keyframes`, which hold their own");
     section.exclude(d, "positions", "keyframes", "`keyframes`");
     section.exclude(d, "count", "keyframes", "`keyframes`");
-    body_track(d, &node).map(Motion::Keyframed)
+    let track = body_track(d, &node)?;
+    Some(match (press, let_go) {
+        (None, None) => Motion::Keyframed(track),
+        _ => Motion::Guided(Guide { track, press, let_go }),
+    })
 }
 
 fn velocity(d: &mut Decoder<'_>, section: &Section<'_>, key: &str, sound_speed: f64) -> Option<DVec3> {

@@ -1,10 +1,9 @@
-//! The lists `[[hang]]` and `[[spring]]`.
+//! The lists `[[hang]]` and `[[spring]]`, and the ends of all links.
 
 use super::reader::{Decoder, Quantity, Section};
-use crate::scene::body_description::{
-    Anchor, BodyDescription, Copies, HangDescription, SpringDescription, SpringTarget,
-};
+use crate::scene::body_description::{BodyDescription, Copies};
 use crate::scene::diagnostic::Problem;
+use crate::scene::link_description::{Anchor, HangDescription, LinkTarget, SpringDescription};
 use crate::scene::suggest::nearest;
 
 pub(super) const HANG_KEYS: &[&str] = &["body", "anchor", "offset"];
@@ -33,7 +32,8 @@ pub(super) fn hangs(
     hangs
 }
 
-pub(super) const SPRING_KEYS: &[&str] = &["body", "to", "rest_length", "stiffness", "damping"];
+pub(super) const SPRING_KEYS: &[&str] =
+    &["body", "point", "to", "to_point", "rest_length", "stiffness", "damping"];
 
 pub(super) fn springs(
     d: &mut Decoder<'_>,
@@ -43,13 +43,7 @@ pub(super) fn springs(
     let mut springs = Vec::new();
     for section in top.list(d, "spring", SPRING_KEYS) {
         let body = body_name(d, &section, "body", bodies, false);
-        let to = match section.get("to") {
-            Some(node) if node.is_text() => {
-                body_name(d, &section, "to", bodies, false).map(SpringTarget::Body)
-            }
-            Some(node) => node.vector(d, "m").map(SpringTarget::Point),
-            None => None,
-        };
+        let to = target(d, &section, bodies);
         for (key, expected) in [
             ("body", "the name of a body in quotes"),
             ("to", "the name of a body, or a point as an array of 3 numbers in m"),
@@ -64,14 +58,30 @@ pub(super) fn springs(
         let rest_length = section.number(d, "rest_length", Quantity::between(0.0, 1e5, "m"));
         if let (Some(body), Some(to), Some(stiffness)) = (body, to, stiffness) {
             let place = section.place.clone();
-            springs.push(SpringDescription { body, to, rest_length, stiffness, damping, place });
+            let point = section.vector(d, "point", "m");
+            springs.push(SpringDescription { body, point, to, rest_length, stiffness, damping, place });
         }
     }
     springs
 }
 
+/// The far end of a spring, rod or rope: `to` and `to_point`.
+pub(super) fn target(
+    d: &mut Decoder<'_>,
+    section: &Section<'_>,
+    bodies: &[BodyDescription],
+) -> Option<LinkTarget> {
+    let node = section.get("to")?;
+    if node.is_text() {
+        let point = section.vector(d, "to_point", "m");
+        return body_name(d, section, "to", bodies, false).map(|name| LinkTarget::Body { name, point });
+    }
+    section.exclude(d, "to_point", "to", "`to`, which is a point already");
+    node.vector(d, "m").map(LinkTarget::Point)
+}
+
 /// The name of a body, or of all copies of a `[[body]]` where `groups` says so.
-fn body_name(
+pub(super) fn body_name(
     d: &mut Decoder<'_>,
     section: &Section<'_>,
     key: &'static str,

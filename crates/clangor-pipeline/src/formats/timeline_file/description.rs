@@ -3,9 +3,12 @@
 //! The structures mirror the file, not the library: the library may change without the format. Unknown keys
 //! are rejected, so that a misspelt one is not ignored.
 
+mod checks;
 pub(super) mod decode;
 pub(super) mod encode;
+mod links;
 
+use links::LinkFields;
 use serde::{Deserialize, Serialize};
 
 /// What the description of a timeline says, its meshes not yet read.
@@ -186,6 +189,7 @@ enum MotionFields {
     Free,
     Fixed,
     Keyframed(Vec<KeyFields>),
+    Guided { keys: Vec<KeyFields>, press: Option<f64>, let_go: Option<f64> },
 }
 
 #[derive(Serialize, Deserialize)]
@@ -194,20 +198,6 @@ struct KeyFields {
     time: f64,
     position: [f64; 3],
     orientation: [f64; 4],
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
-enum LinkFields {
-    Hang { body: u32, anchor: [f64; 3] },
-    Spring { body: u32, to: SpringEndFields, rest_length: f64, stiffness: f64, damping: f64 },
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
-enum SpringEndFields {
-    Point([f64; 3]),
-    Body(u32),
 }
 
 /// A number that may be infinite, which JSON has no numeral for.

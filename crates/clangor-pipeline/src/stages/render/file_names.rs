@@ -50,7 +50,7 @@ fn check_distinct(options: &RenderOptions, bodies: &[Body], output: &Path) -> Re
     let mut stems: Vec<Option<(&str, SoundPart)>> = vec![None];
     for body in bodies.iter().filter(|_| options.stems) {
         let parts: &[SoundPart] = match body.motion {
-            Motion::Free => &[SoundPart::Acceleration, SoundPart::Modal],
+            Motion::Free | Motion::Guided(_) => &[SoundPart::Acceleration, SoundPart::Modal],
             _ if is_ground(body, options) => &[SoundPart::Ground],
             _ => &[SoundPart::Modal],
         };

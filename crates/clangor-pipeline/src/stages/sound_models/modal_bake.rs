@@ -8,8 +8,8 @@ use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::modal::held_body::Held;
 use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, ModalEvidence, find_held_modes, radiate};
 use clangor_bake::statistical::radiate_synthetic_modes;
+use clangor_core::body::Body;
 use clangor_core::body::support::Support;
-use clangor_core::body::{Body, Motion};
 use clangor_core::material::Material;
 use clangor_core::sound_model::files::modal_file::{ModalFile, ModalOrigin, ModalPart, round_shape};
 use clangor_core::sound_model::modal::model::ModalModel;
@@ -48,7 +48,7 @@ impl ModalBake {
 
     /// Modes of a body of a scene or a timeline as its supports hold it, and their transfers.
     pub fn of_body(body: &Body, options: ModalBakeOptions) -> Self {
-        let moves_freely = body.supports.is_empty() || body.motion == Motion::Free;
+        let moves_freely = body.supports.is_empty() || body.motion.is_movable();
         ModalBake { supports: body.supports.clone(), moves_freely, ..ModalBake::new(&body.material, options) }
     }
 
@@ -76,7 +76,7 @@ impl ModalBake {
 pub(crate) fn vibrates_alike(body: &Body, other: &Body) -> bool {
     body.material == other.material
         && body.supports == other.supports
-        && (body.supports.is_empty() || (body.motion == Motion::Free) == (other.motion == Motion::Free))
+        && (body.supports.is_empty() || body.motion.is_movable() == other.motion.is_movable())
 }
 
 impl RequestedPart for ModalBake {

@@ -21,7 +21,7 @@ use std::time::Instant;
 use clangor_bake::acceleration::BakeProgress;
 use clangor_bake::modal::{Effort, ModalBakeOptions};
 use clangor_bake::soundbank::modal::ModalSoundbankBakeError;
-use clangor_core::body::{Body, BodyId, Motion};
+use clangor_core::body::{Body, BodyId};
 use clangor_core::sound_model::ModalRule;
 use clangor_core::sound_model::modal::model::ModalModel;
 use clangor_core::synthesis::{BodyModes, NoModes, SoundPart};
@@ -56,7 +56,7 @@ impl ModalPlanSettings {
     fn options_of(&self, body: &Body, rule: ModalRule) -> ModalBakeOptions {
         let ModalBakeOptions { medium, max_frequency, .. } = self.options;
         let size = TAU * max_frequency / medium.sound_speed * body.surface.bounding_radius();
-        let large = rule == ModalRule::Auto && body.motion != Motion::Free && size > LARGE;
+        let large = rule == ModalRule::Auto && !body.motion.is_movable() && size > LARGE;
         ModalBakeOptions { effort: if large { Effort::Draft } else { self.options.effort }, ..self.options }
     }
 }

@@ -1,6 +1,6 @@
 //! Rods and springs of a world: the islands of linked balls.
 
-use clangor_core::body::{BodyId, Link, SpringEnd, World};
+use clangor_core::body::{BodyId, Link, LinkEnd, World};
 use glam::DVec3;
 
 use super::ball::Traits;
@@ -33,9 +33,12 @@ pub(super) fn link_islands(
     let mut linked = Linked { world, ball_of, islands: Vec::new(), island_places: vec![None; traits.len()] };
     linked.find_islands(traits);
     for link in &world.links {
-        match *link {
-            Link::Hang { body, anchor } => linked.add_rod(body, anchor)?,
-            Link::Spring { .. } => linked.add_spring(link)?,
+        match link {
+            Link::Hang { body, anchor } => linked.add_rod(*body, *anchor)?,
+            Link::Spring { .. } if link.joins_centres() => linked.add_spring(link)?,
+            Link::Spring { body, .. } => return linked.refuse(*body, "a spring holds it off its centre"),
+            Link::Joint { body, .. } => return linked.refuse(*body, "it has a joint, a rod or a rope"),
+            Link::Load { body, .. } => return linked.refuse(*body, "a force acts on it over time"),
         }
     }
     Ok((linked.islands, linked.island_places))
@@ -56,13 +59,7 @@ impl Linked<'_> {
         let mut root: Vec<usize> = (0..traits.len()).collect();
         let mut linked = vec![false; traits.len()];
         for link in &self.world.links {
-            let (body, other) = match *link {
-                Link::Hang { body, .. } => (body, None),
-                Link::Spring { body, to: SpringEnd::Point(_), .. } => (body, None),
-                Link::Spring { body, to: SpringEnd::Body(other), .. } => (body, Some(other)),
-            };
-            let ends = [Some(body), other].into_iter().flatten();
-            let balls: Vec<usize> = ends.filter_map(|b| self.ball_of[b.index()]).collect();
+            let balls: Vec<usize> = link.bodies().filter_map(|b| self.ball_of[b.index()]).collect();
             for &ball in &balls {
                 linked[ball] = true;
             }
@@ -135,13 +132,13 @@ impl Linked<'_> {
 
     /// Adds a spring to the island of its free ends; a spring between two fixed bodies has no effect.
     fn add_spring(&mut self, link: &Link) -> Result<(), SimulationError> {
-        let Link::Spring { body, to, rest_length, stiffness, damping } = *link else { return Ok(()) };
+        let Link::Spring { body, to, rest_length, stiffness, damping, .. } = *link else { return Ok(()) };
         if ![rest_length, stiffness, damping].iter().all(|x| *x >= 0.0 && x.is_finite()) {
             return self.refuse(body, "its spring has a negative or infinite coefficient");
         }
         let (far_place, far_point, far_id) = match to {
-            SpringEnd::Point(point) => (None, point, BodyId::WORLD),
-            SpringEnd::Body(other) => (self.island_place(other), self.position(other), other),
+            LinkEnd::Point(point) => (None, point, BodyId::WORLD),
+            LinkEnd::Body { body: other, .. } => (self.island_place(other), self.position(other), other),
         };
         let (island, ball, to, far_body) = match (self.island_place(body), far_place) {
             (Some((island, ball)), Some((_, other))) => (island, ball, Far::Ball(other), BodyId::WORLD),

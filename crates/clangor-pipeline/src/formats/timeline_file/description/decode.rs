@@ -5,17 +5,18 @@ use std::path::Path;
 use std::sync::Arc;
 
 use clangor_core::body::support::{Support, SupportKind, SupportRegion};
-use clangor_core::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface, World};
+use clangor_core::body::{Body, BodyId, Guide, Life, Motion, Surface, World};
 use clangor_core::material::{Damping, Material};
 use clangor_core::medium::Medium;
 use clangor_core::pose::{Keyframe, Pose, Track};
 use glam::{DMat3, DQuat, DVec3};
 use serde::Deserialize;
 
+use super::checks::Checks;
+use super::links;
 use super::{
-    BodyFields, DampingFields, Description, FORMAT_NAME, ImpactModesFields, LifeFields, LinkFields,
-    MaterialFields, MotionFields, RegionFields, SpringEndFields, SupportFields, SupportKindFields,
-    SurfaceFields,
+    BodyFields, DampingFields, Description, FORMAT_NAME, ImpactModesFields, KeyFields, LifeFields,
+    MaterialFields, MotionFields, RegionFields, SupportFields, SupportKindFields, SurfaceFields,
 };
 use crate::formats::timeline_file::error::TimelineError;
 use crate::formats::timeline_file::files::MESH_FOLDER;
@@ -31,7 +32,7 @@ pub(in crate::formats::timeline_file) fn read(
     check_version(path, text)?;
     let description = check_json(path, text)?;
     let field = |field: String, problem: String| TimelineError::Field { path: path.into(), field, problem };
-    let mut checks = Checks { path, count: description.bodies.len() };
+    let mut checks = Checks::new(path, description.bodies.len());
     checks.positive("medium.density", description.medium.density)?;
     checks.positive("medium.sound_speed", description.medium.sound_speed)?;
     for (name, value) in [
@@ -75,8 +76,12 @@ pub(in crate::formats::timeline_file) fn read(
         };
         bodies.push(checks.body(index, fields, surface)?);
     }
-    let links =
-        description.links.iter().enumerate().map(|(i, l)| checks.link(i, l)).collect::<Result<_, _>>()?;
+    let links = description
+        .links
+        .iter()
+        .enumerate()
+        .map(|(i, l)| links::decode(&checks, i, l))
+        .collect::<Result<_, _>>()?;
     let origin = &description.origin;
     let of_body = |modes: &ImpactModesFields| {
         let body = checks.body_id("origin.impact_modes.body", modes.body);
@@ -148,12 +153,6 @@ fn damping_of(fields: &DampingFields) -> Damping {
     }
 }
 
-/// Turns fields into bodies and links, refusing what cannot be.
-struct Checks<'a> {
-    path: &'a Path,
-    count: usize,
-}
-
 impl Checks<'_> {
     fn body(
         &mut self,
@@ -174,20 +173,16 @@ impl Checks<'_> {
         let motion = match &fields.motion {
             MotionFields::Free => Motion::Free,
             MotionFields::Fixed => Motion::Fixed,
-            MotionFields::Keyframed(keys) => {
-                let keys = keys
-                    .iter()
-                    .map(|k| {
-                        Ok(Keyframe {
-                            time: k.time,
-                            pose: self.pose(&at("motion"), k.position, k.orientation)?,
-                        })
-                    })
-                    .collect::<Result<_, TimelineError>>()?;
-                let track = Track::try_new(keys);
-                let problem =
-                    || self.field(&at("motion"), "has no keys, or times that do not increase".into());
-                Motion::Keyframed(track.ok_or_else(problem)?)
+            MotionFields::Keyframed(keys) => Motion::Keyframed(self.track(&at("motion"), keys)?),
+            MotionFields::Guided { keys, press, let_go } => {
+                let name = at("motion");
+                if let Some(press) = press {
+                    self.positive(&format!("{name}.press"), *press)?;
+                }
+                if let Some(time) = let_go.filter(|time| !(*time >= 0.0 && time.is_finite())) {
+                    return Err(self.field(&format!("{name}.let_go"), format!("is {time} s")));
+                }
+                Motion::Guided(Guide { track: self.track(&name, keys)?, press: *press, let_go: *let_go })
             }
         };
         let inertia = fields.inertia.map(|row| row.map(f64::from));
@@ -297,28 +292,12 @@ impl Checks<'_> {
         Ok(supports)
     }
 
-    fn body_id(&self, name: &str, body: u32) -> Result<BodyId, TimelineError> {
-        let problem = || format!("is {body}, but there are {} bodies", self.count);
-        Some(BodyId(body)).filter(|id| id.index() < self.count).ok_or_else(|| self.field(name, problem()))
-    }
-
-    fn link(&self, index: usize, link: &LinkFields) -> Result<Link, TimelineError> {
-        let body_id = |body: u32| self.body_id(&format!("links[{index}].body"), body);
-        Ok(match link {
-            LinkFields::Hang { body, anchor } => {
-                Link::Hang { body: body_id(*body)?, anchor: DVec3::from_array(*anchor) }
-            }
-            LinkFields::Spring { body, to, rest_length, stiffness, damping } => Link::Spring {
-                body: body_id(*body)?,
-                to: match to {
-                    SpringEndFields::Point(point) => SpringEnd::Point(DVec3::from_array(*point)),
-                    SpringEndFields::Body(body) => SpringEnd::Body(body_id(*body)?),
-                },
-                rest_length: *rest_length,
-                stiffness: *stiffness,
-                damping: *damping,
-            },
-        })
+    fn track(&self, name: &str, keys: &[KeyFields]) -> Result<Track, TimelineError> {
+        let key =
+            |k: &KeyFields| Ok(Keyframe { time: k.time, pose: self.pose(name, k.position, k.orientation)? });
+        let track = Track::try_new(keys.iter().map(key).collect::<Result<_, TimelineError>>()?);
+        let problem = || self.field(name, "has no keys, or times that do not increase".into());
+        track.ok_or_else(problem)
     }
 
     fn pose(&self, name: &str, position: [f64; 3], orientation: [f64; 4]) -> Result<Pose, TimelineError> {
@@ -333,17 +312,5 @@ impl Checks<'_> {
     fn plate(&self, index: usize, thickness: f64) -> Result<Arc<Surface>, TimelineError> {
         self.positive(&format!("bodies[{index}].surface.plate.thickness"), thickness)?;
         Ok(Arc::new(Surface::Plate { thickness }))
-    }
-
-    fn positive(&self, name: &str, value: f64) -> Result<(), TimelineError> {
-        if value > 0.0 { Ok(()) } else { Err(self.field(name, format!("is {value}, not positive"))) }
-    }
-
-    fn not_negative(&self, name: &str, value: f64) -> Result<(), TimelineError> {
-        if value >= 0.0 { Ok(()) } else { Err(self.field(name, format!("is {value}, not zero or more"))) }
-    }
-
-    fn field(&self, name: &str, problem: String) -> TimelineError {
-        TimelineError::Field { path: self.path.into(), field: name.into(), problem }
     }
 }

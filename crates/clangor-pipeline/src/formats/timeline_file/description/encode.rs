@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use clangor_core::body::support::{Support, SupportKind, SupportRegion};
-use clangor_core::body::{Body, BodyId, Life, Link, Motion, SpringEnd, Surface};
+use clangor_core::body::{Body, BodyId, Guide, Life, Motion, Surface};
 use clangor_core::material::Damping;
 use clangor_core::pose::Keyframe;
 
+use super::links;
 use super::{
     BodyFields, DampingFields, Description, Extended, FORMAT_NAME, ImpactModesFields, KeyFields, LifeFields,
-    LinkFields, MaterialFields, MediumFields, MotionFields, OriginFields, RegionFields, SpringEndFields,
-    SupportFields, SupportKindFields, SurfaceFields, TableFields, Units,
+    MaterialFields, MediumFields, MotionFields, OriginFields, RegionFields, SupportFields, SupportKindFields,
+    SurfaceFields, TableFields, Units,
 };
 use crate::formats::timeline_file::header::{FORMAT_VERSION, TimelineHeader};
 use crate::formats::timeline_file::{hash, surface_file};
@@ -63,7 +64,7 @@ pub(in crate::formats::timeline_file) fn describe(
         medium: MediumFields { density: header.medium.density, sound_speed: header.medium.sound_speed },
         gravity: header.world.gravity.to_array(),
         bodies,
-        links: header.world.links.iter().map(link_fields).collect(),
+        links: header.world.links.iter().map(links::encode).collect(),
         scene: header.scene.clone(),
     };
     (description, files)
@@ -146,6 +147,11 @@ fn body_fields(body: &Body, surface: SurfaceFields) -> BodyFields {
             Motion::Keyframed(track) => {
                 MotionFields::Keyframed(track.keys().iter().map(key_fields).collect())
             }
+            Motion::Guided(Guide { track, press, let_go }) => MotionFields::Guided {
+                keys: track.keys().iter().map(key_fields).collect(),
+                press: *press,
+                let_go: *let_go,
+            },
         },
         position: body.pose.position.to_array(),
         orientation: body.pose.orientation.to_array(),
@@ -197,21 +203,5 @@ fn key_fields(key: &Keyframe) -> KeyFields {
         time: key.time,
         position: key.pose.position.to_array(),
         orientation: key.pose.orientation.to_array(),
-    }
-}
-
-fn link_fields(link: &Link) -> LinkFields {
-    match *link {
-        Link::Hang { body, anchor } => LinkFields::Hang { body: body.0, anchor: anchor.to_array() },
-        Link::Spring { body, to, rest_length, stiffness, damping } => LinkFields::Spring {
-            body: body.0,
-            to: match to {
-                SpringEnd::Point(point) => SpringEndFields::Point(point.to_array()),
-                SpringEnd::Body(body) => SpringEndFields::Body(body.0),
-            },
-            rest_length,
-            stiffness,
-            damping,
-        },
     }
 }

@@ -1,0 +1,84 @@
+//! The list `[[force]]`: forces and torques on a body over time.
+
+use glam::DVec3;
+
+use super::links::body_name;
+use super::reader::{Decoder, Node, Quantity, Section};
+use crate::body::link::LoadCurve;
+use crate::scene::body_description::BodyDescription;
+use crate::scene::diagnostic::Problem;
+use crate::scene::link_description::LoadDescription;
+
+pub(super) const KEYS: &[&str] = &["body", "point", "force", "torque", "start", "end"];
+
+/// Time without end \[s\].
+const NEVER: f64 = 1e12;
+
+pub(super) fn loads(
+    d: &mut Decoder<'_>,
+    top: &Section<'_>,
+    bodies: &[BodyDescription],
+) -> Vec<LoadDescription> {
+    let mut loads = Vec::new();
+    for section in top.list(d, "force", KEYS) {
+        let body = body_name(d, &section, "body", bodies, false);
+        if !section.has("body") {
+            section.missing(d, "body", "the name of a body in quotes");
+        }
+        if !section.mentions("force") && !section.has("torque") {
+            section.missing(d, "force", "3 numbers in N, or rows [s, N, N, N], or `torque`");
+        }
+        let point = section.vector(d, "point", "m");
+        let start = section.number(d, "start", Quantity::between(0.0, 1e9, "s"));
+        let end = section.number(d, "end", Quantity::between(0.0, 1e9, "s"));
+        let span = (start.unwrap_or(0.0), end.unwrap_or(NEVER));
+        if let Some(node) = section.get("end")
+            && span.1 <= span.0
+        {
+            d.error(node.place(d), Problem::Conflict { key: "end", other: "a later `start`" });
+        }
+        let mut curve = |key, unit| section.get(key).map(|node| curve(d, &section, &node, (unit, span)));
+        let (force, torque) = (curve("force", "N"), curve("torque", "N m"));
+        let read = [&force, &torque].iter().all(|curve| !matches!(curve, Some(None)));
+        if let (Some(body), true) = (body, read) {
+            loads.push(LoadDescription {
+                body,
+                point,
+                force: force.flatten().unwrap_or_default(),
+                torque: torque.flatten().unwrap_or_default(),
+                place: section.place.clone(),
+            });
+        }
+    }
+    loads
+}
+
+/// Three numbers, constant from `start` to `end`, or rows of a time and three numbers.
+fn curve(
+    d: &mut Decoder<'_>,
+    section: &Section<'_>,
+    node: &Node<'_>,
+    (unit, (start, end)): (&'static str, (f64, f64)),
+) -> Option<LoadCurve> {
+    let expected = format!("an array of 3 numbers in {unit}, or rows [time in s, and 3 numbers in {unit}]");
+    let elements = node.elements(d, &expected)?;
+    if !elements.first().is_some_and(Node::is_array) {
+        let value = node.vector(d, unit)?;
+        return LoadCurve::try_new(vec![(start, value), (end, value)]);
+    }
+    for key in ["start", "end"] {
+        if let Some(node) = section.get(key) {
+            d.error(node.place(d), Problem::Conflict { key, other: "rows, which have their own times" });
+        }
+    }
+    let mut points: Vec<(f64, DVec3)> = Vec::with_capacity(elements.len());
+    for row in &elements {
+        let [time, x, y, z] = row.numbers::<4>(d, Quantity::coordinate(unit))?;
+        if let Some((previous, _)) = points.last().copied().filter(|(last, _)| *last >= time) {
+            d.error(row.place(d), Problem::UnorderedKeyframes { time, previous });
+            return None;
+        }
+        points.push((time, DVec3::new(x, y, z)));
+    }
+    LoadCurve::try_new(points)
+}

@@ -1,0 +1,37 @@
+//! Numbers of a description, refused with the place where they stand.
+
+use std::path::Path;
+
+use clangor_core::body::BodyId;
+
+use crate::formats::timeline_file::error::TimelineError;
+
+/// What a description is checked against.
+pub(super) struct Checks<'a> {
+    path: &'a Path,
+    /// Number of bodies.
+    count: usize,
+}
+
+impl<'a> Checks<'a> {
+    pub(super) fn new(path: &'a Path, count: usize) -> Self {
+        Checks { path, count }
+    }
+
+    pub(super) fn positive(&self, name: &str, value: f64) -> Result<(), TimelineError> {
+        if value > 0.0 { Ok(()) } else { Err(self.field(name, format!("is {value}, not positive"))) }
+    }
+
+    pub(super) fn not_negative(&self, name: &str, value: f64) -> Result<(), TimelineError> {
+        if value >= 0.0 { Ok(()) } else { Err(self.field(name, format!("is {value}, not zero or more"))) }
+    }
+
+    pub(super) fn body_id(&self, name: &str, body: u32) -> Result<BodyId, TimelineError> {
+        let problem = || format!("is {body}, but there are {} bodies", self.count);
+        Some(BodyId(body)).filter(|id| id.index() < self.count).ok_or_else(|| self.field(name, problem()))
+    }
+
+    pub(super) fn field(&self, name: &str, problem: String) -> TimelineError {
+        TimelineError::Field { path: self.path.into(), field: name.into(), problem }
+    }
+}

@@ -1,0 +1,170 @@
+//! One joint at one instant: the directions that it blocks, and how far it is off.
+//!
+//! A joint holds a point a of a body and a point b of another one, or of the world. Each of its rows blocks
+//! the relative velocity
+//!
+//! `d · (v_a − v_b) + τ_a · ω_a − τ_b · ω_b`,
+//!
+//! with `d` along an axis and `τ = arm × d` for the three rows that keep two points together, and `d = 0`,
+//! `τ_a = τ_b = t` for the two rows of a hinge that block rotation about t across the axis. Rods and ropes
+//! have one row, along the line between their ends.
+
+use clangor_core::body::{BodyId, JointKind, Link, LinkEnd};
+use clangor_core::pose::Pose;
+use clangor_core::timeline::{ContactKind, ContactRow};
+use glam::DVec3;
+
+use super::manifold::tangents;
+use super::step_log::{Impulse, StepLog};
+
+/// An end of a joint.
+#[derive(Clone, Copy)]
+pub(super) struct End {
+    /// The body; `None` for the world.
+    pub(super) body: Option<usize>,
+    /// Its point \[m\], body frame, or world.
+    at: DVec3,
+}
+
+/// A joint of the world.
+pub(super) struct Joint {
+    /// Near and far end.
+    pub(super) ends: [End; 2],
+    pub(super) kind: JointKind,
+    /// Axis of a hinge in the frame of the far end.
+    far_axis: DVec3,
+    pub(super) collide: bool,
+}
+
+/// The two ends at an instant.
+pub(super) struct PlacedEnds {
+    pub(super) points: [DVec3; 2],
+    /// From the centres of mass to the points \[m\]; zero for the world.
+    pub(super) arms: [DVec3; 2],
+    axes: [DVec3; 2],
+}
+
+/// A direction that a joint blocks.
+#[derive(Clone, Copy)]
+pub(super) struct Blocked {
+    pub(super) along: DVec3,
+    pub(super) turning: [DVec3; 2],
+}
+
+impl Joint {
+    /// The joint of a link, whose bodies have these poses at the start; `None` for a spring or a load.
+    pub(super) fn of_link(link: &Link, poses: &dyn Fn(usize) -> Pose) -> Option<Self> {
+        let (body, at, to, kind, collide) = match *link {
+            Link::Hang { body, anchor } => {
+                let length = poses(body.index()).position.distance(anchor);
+                (body, DVec3::ZERO, LinkEnd::Point(anchor), JointKind::Rod { length }, true)
+            }
+            Link::Joint { body, at, to, kind, collide } => (body, at, to, kind, collide),
+            Link::Spring { .. } | Link::Load { .. } => return None,
+        };
+        let far = match to {
+            LinkEnd::Point(at) => End { body: None, at },
+            LinkEnd::Body { body, at } => End { body: Some(body.index()), at },
+        };
+        let far_axis = match kind {
+            JointKind::Hinge { axis, .. } => {
+                let world = poses(body.index()).orientation * axis;
+                far.body.map_or(world, |body| poses(body).orientation.inverse() * world)
+            }
+            _ => DVec3::ZERO,
+        };
+        let near = End { body: Some(body.index()), at };
+        Some(Joint { ends: [near, far], kind, far_axis, collide })
+    }
+
+    /// Whether it only pulls.
+    pub(super) fn is_rope(&self) -> bool {
+        matches!(self.kind, JointKind::Rope { .. })
+    }
+
+    /// Its ends where the bodies have these poses.
+    pub(super) fn placed(&self, poses: &dyn Fn(usize) -> Pose) -> PlacedEnds {
+        let near_axis = if let JointKind::Hinge { axis, .. } = self.kind { axis } else { DVec3::ZERO };
+        let place = |end: &End, axis: DVec3| match end.body {
+            Some(body) => {
+                let Pose { position, orientation } = poses(body);
+                let arm = orientation * end.at;
+                (position + arm, arm, orientation * axis)
+            }
+            None => (end.at, DVec3::ZERO, axis),
+        };
+        let [a, b] = [place(&self.ends[0], near_axis), place(&self.ends[1], self.far_axis)];
+        PlacedEnds { points: [a.0, b.0], arms: [a.1, b.1], axes: [a.2, b.2] }
+    }
+
+    /// The directions that it blocks.
+    pub(super) fn blocked(&self, placed: &PlacedEnds) -> Vec<Blocked> {
+        let point = |along: DVec3| Blocked { along, turning: placed.arms.map(|arm| arm.cross(along)) };
+        let turn = |about: DVec3| Blocked { along: DVec3::ZERO, turning: [about; 2] };
+        match self.kind {
+            JointKind::Ball { .. } => DVec3::AXES.map(point).to_vec(),
+            JointKind::Hinge { .. } => {
+                let (one, two) = tangents(placed.axes[1]);
+                DVec3::AXES.map(point).into_iter().chain([turn(one), turn(two)]).collect()
+            }
+            JointKind::Rod { .. } | JointKind::Rope { .. } => {
+                let between = placed.points[0] - placed.points[1];
+                vec![point(between.normalize_or(DVec3::Y))]
+            }
+        }
+    }
+
+    /// How far the joint is off along each of its blocked directions \[m, or rad\]; a rope that is shorter
+    /// than its length has a negative value.
+    pub(super) fn errors(&self, placed: &PlacedEnds, blocked: &[Blocked]) -> Vec<f64> {
+        let between = placed.points[0] - placed.points[1];
+        match self.kind {
+            JointKind::Rod { length } | JointKind::Rope { length } => vec![between.length() - length],
+            JointKind::Ball { .. } | JointKind::Hinge { .. } => {
+                let tilt = placed.axes[1].cross(placed.axes[0]);
+                let off = |row: &Blocked| {
+                    if row.along == DVec3::ZERO { tilt.dot(row.turning[0]) } else { between.dot(row.along) }
+                };
+                blocked.iter().map(off).collect()
+            }
+        }
+    }
+
+    /// Writes the row of an impulse at the joint and a couple on its near body.
+    pub(super) fn log(
+        &self,
+        placed: &PlacedEnds,
+        (impulse, couple): (DVec3, DVec3),
+        time: f64,
+        log: &mut StepLog,
+    ) {
+        let [body_a, body_b] =
+            self.ends.map(|end| end.body.map_or(BodyId::WORLD, |body| BodyId(body as u32)));
+        let row = ContactRow {
+            time,
+            body_a,
+            body_b,
+            kind: ContactKind::Constraint,
+            point: placed.points[0],
+            normal: impulse.normalize_or_zero(),
+            impulse_n: impulse.length(),
+            impulse_t: DVec3::ZERO,
+            couple,
+            velocity: DVec3::ZERO,
+            depth: 0.0,
+            impact_id: 0,
+        };
+        log.begin(ContactKind::Constraint);
+        log.impulse(Impulse { row, arm_a: placed.arms[0], arm_b: placed.arms[1] });
+        log.end();
+    }
+
+    /// Viscous damping \[N m s\], and the part of a relative angular velocity that it brakes.
+    pub(super) fn damped(&self, placed: &PlacedEnds, spin: DVec3) -> (f64, DVec3) {
+        match self.kind {
+            JointKind::Ball { damping } => (damping, spin),
+            JointKind::Hinge { damping, .. } => (damping, spin.project_onto_normalized(placed.axes[1])),
+            JointKind::Rod { .. } | JointKind::Rope { .. } => (0.0, DVec3::ZERO),
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Linkages: bodies that joints, rods and ropes hold together, directly or through others.
+
+use clangor_core::body::Link;
+use clangor_core::pose::Pose;
+use glam::DVec3;
+
+use super::joint::Joint;
+use super::pair::Step;
+use super::state::BodyState;
+use super::step_log::StepLog;
+
+/// The joints of a world, by linkage.
+#[derive(Default)]
+pub(super) struct Linkages {
+    pub(super) joints: Vec<Joint>,
+    /// Joints and bodies of each linkage.
+    members: Vec<(Vec<usize>, Vec<usize>)>,
+    /// Linkage of each body that can move.
+    of_body: Vec<Option<usize>>,
+    /// Pairs of bodies that do not touch, in order.
+    apart: Vec<(usize, usize)>,
+}
+
+impl Linkages {
+    /// The linkages of a world at its start; `Err` has the body of a link to one that does not exist.
+    pub(super) fn try_new(links: &[Link], bodies: &[BodyState]) -> Result<Self, usize> {
+        let poses =
+            |body: usize| Pose { position: bodies[body].position, orientation: bodies[body].orientation };
+        let mut joints = Vec::new();
+        for link in links {
+            if let Some(unknown) = link.bodies().find(|body| body.index() >= bodies.len()) {
+                return Err(unknown.index());
+            }
+            joints.extend(Joint::of_link(link, &poses));
+        }
+        // Connected components; bodies that forces never move connect nothing.
+        let mut root: Vec<usize> = (0..bodies.len()).collect();
+        let moved = |joint: &Joint| -> Vec<usize> {
+            joint.ends.iter().filter_map(|end| end.body).filter(|&body| bodies[body].is_movable()).collect()
+        };
+        for joint in &joints {
+            if let [a, b] = moved(joint)[..] {
+                let (a, b) = (root_of(&root, a), root_of(&root, b));
+                root[a.max(b)] = a.min(b);
+            }
+        }
+        let mut linkages = Linkages { of_body: vec![None; bodies.len()], ..Linkages::default() };
+        for (index, joint) in joints.iter().enumerate() {
+            let bodies = moved(joint);
+            let Some(first) = bodies.first() else { continue };
+            let first = root_of(&root, *first);
+            let group = match linkages.of_body[first] {
+                Some(group) => group,
+                None => {
+                    linkages.members.push((Vec::new(), Vec::new()));
+                    linkages.members.len() - 1
+                }
+            };
+            linkages.of_body[first] = Some(group);
+            for body in bodies {
+                linkages.of_body[body] = Some(group);
+            }
+            linkages.members[group].0.push(index);
+            if let ([Some(a), Some(b)], false) = (joint.ends.map(|end| end.body), joint.collide) {
+                linkages.apart.push((a.min(b), a.max(b)));
+            }
+        }
+        for (body, group) in linkages.of_body.iter().enumerate() {
+            if let Some(group) = group {
+                linkages.members[*group].1.push(body);
+            }
+        }
+        linkages.apart.sort_unstable();
+        linkages.joints = joints;
+        Ok(linkages)
+    }
+
+    /// Brakes the rotation in damped joints at the middle of the step, and logs it.
+    ///
+    /// The couple is that at the end of the braking, `c ω / (1 + c w Δt)` with w the mobility of free bodies
+    /// about ω, so that no damping is too strong for a step.
+    pub(super) fn damp(&self, bodies: &mut [BodyState], step: &Step, log: &mut StepLog) {
+        for joint in &self.joints {
+            let placed = joint.placed(&|body| bodies[body].middle_pose());
+            let movers = joint.ends.map(|end| end.body.map(|body| bodies[body].mover()));
+            let spin = |end: usize| movers[end].map_or(DVec3::ZERO, |mover| mover.spin);
+            let (damping, braked) = joint.damped(&placed, spin(0) - spin(1));
+            let Some(about) = braked.try_normalize().filter(|_| damping > 0.0) else { continue };
+            let mobility: f64 =
+                movers.iter().flatten().map(|mover| about.dot(mover.inverse_inertia * about)).sum();
+            let couple = braked * (-damping * step.length / (1.0 + damping * mobility * step.length));
+            for (end, couple) in joint.ends.iter().zip([couple, -couple]) {
+                if let Some(body) = end.body {
+                    bodies[body].kick(DVec3::ZERO, couple);
+                }
+            }
+            if log.skips_slower().is_none() {
+                joint.log(&placed, (DVec3::ZERO, couple), step.time + 0.5 * step.length, log);
+            }
+        }
+    }
+
+    /// Number of linkages.
+    pub(super) fn count(&self) -> usize {
+        self.members.len()
+    }
+
+    /// Linkage of a body; pieces of a broken body have none.
+    pub(super) fn of(&self, body: usize) -> Option<usize> {
+        self.of_body.get(body).copied().flatten()
+    }
+
+    /// Joints of a linkage.
+    pub(super) fn joints_of(&self, linkage: usize) -> &[usize] {
+        &self.members[linkage].0
+    }
+
+    /// Bodies of a linkage.
+    pub(super) fn bodies_of(&self, linkage: usize) -> &[usize] {
+        &self.members[linkage].1
+    }
+
+    /// Bodies at the ends of the joints of a linkage, those that forces never move too.
+    pub(super) fn ends_of(&self, linkage: usize) -> Vec<usize> {
+        let joints = self.members[linkage].0.iter().map(|&joint| &self.joints[joint]);
+        joints.flat_map(|joint| joint.ends).filter_map(|end| end.body).collect()
+    }
+
+    /// Whether a joint keeps two bodies from touching.
+    pub(super) fn keep_apart(&self, a: usize, b: usize) -> bool {
+        self.apart.binary_search(&(a.min(b), a.max(b))).is_ok()
+    }
+}
+
+/// Representative of the component that holds a body.
+fn root_of(root: &[usize], mut body: usize) -> usize {
+    while root[body] != body {
+        body = root[body];
+    }
+    body
+}

@@ -82,24 +82,28 @@ pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
         {
             let sharper = (1e-2 / options.accuracy).max(1.0).powf(0.25);
             let unknowns = (PATCH_UNKNOWNS[0] + PATCH_UNKNOWNS[1] * kappa * kappa) * sharper;
-            operations::patches(unknowns as usize, kappa, SOLID_SPACING)
+            let patches = operations::patches(unknowns as usize, kappa, SOLID_SPACING);
+            // Long boxes need fewer triangles than patches.
+            patches.min(of_surface(geometry, options, kappa))
         }
         _ if options.method == Method::Fdtd => time_steps(geometry, options.max_wavenumber, true),
-        _ => {
-            let cavities = match geometry {
-                BakeGeometry::Mesh(mesh) => MassProperties::of(mesh).is_ok_and(|m| has_cavities(mesh, &m)),
-                _ => false,
-            };
-            let spacing = if cavities { CAVITY_DENSITY } else { SOLID_SPACING };
-            let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
-            let system = (unknowns / parts) as usize;
-            let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);
-            // What does not fit is solved in time, or in a narrower band.
-            match system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
-                true => triangles,
-                false => time_steps(geometry, options.max_wavenumber, cavities).min(MOST_OPERATIONS),
-            }
-        }
+        _ => of_surface(geometry, options, kappa),
+    }
+}
+
+/// Operations of triangles, or where they do not fit of the time domain, or of a narrower band.
+fn of_surface(geometry: &BakeGeometry, options: &BakeOptions, kappa: f64) -> f64 {
+    let cavities = match geometry {
+        BakeGeometry::Mesh(mesh) => MassProperties::of(mesh).is_ok_and(|m| has_cavities(mesh, &m)),
+        _ => false,
+    };
+    let spacing = if cavities { CAVITY_DENSITY } else { SOLID_SPACING };
+    let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
+    let system = (unknowns / parts) as usize;
+    let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);
+    match system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
+        true => triangles,
+        false => time_steps(geometry, options.max_wavenumber, cavities).min(MOST_OPERATIONS),
     }
 }
 

@@ -275,6 +275,30 @@ fn missing_keys() {
         ],
     );
     refuse(
+        &ball("[[hinge]]\nbody = \"body-1\"\n[[rope]]\nlength = 1\n[[force]]\nbody = \"body-1\""),
+        &[
+            ("5:1", "hinge[0]", "`axis` is missing", "direction"),
+            ("5:1", "hinge[0]", "`point` is missing", "3 numbers"),
+            ("7:1", "rope[0]", "`body` is missing", "name of a body"),
+            ("7:1", "rope[0]", "`to` is missing", "a point"),
+            ("9:1", "force[0]", "`force` is missing", "`torque`"),
+        ],
+    );
+    refuse(
+        &ball("press = 3\n[[joint]]\nbody = \"body-1\""),
+        &[
+            ("5:9", "body[0].press", "means nothing without `keyframes`", "add `keyframes`"),
+            ("6:3", "joint", "unknown key", "did you mean `ball_joint`"),
+        ],
+    );
+    refuse(
+        &ball("[[force]]\nbody = \"body-1\"\nforce = [[1, 0, 0, 1], [1, 0, 0, 2]]\nstart = 2\n"),
+        &[
+            ("7:24", "force[0].force[1]", "times must increase", "sort them"),
+            ("8:9", "force[0].start", "", "rows"),
+        ],
+    );
+    refuse(
         &ball(
             "count = 3\n[[body]]\nshape = \"sphere\"\nmaterial = \"wood\"\nplacement = { region = [[0, 0, \
              0], [1, 1, 1]] }",
@@ -389,7 +413,7 @@ fn directions_and_keyframes() {
         &ball(
             "keyframes = [\n  { time = 1, position = [0, 0, 0] },\n  { time = 1, position = [0, 0, 1] },\n]",
         ),
-        &[("7:3", "body[0].keyframes[1]", "1 s follows 1 s", "sort the keyframes")],
+        &[("7:3", "body[0].keyframes[1]", "1 s follows 1 s", "sort them by time")],
     );
     refuse(&ball("keyframes = []"), &[("5:13", "body[0].keyframes", "0 elements", "an array of tables")]);
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use clangor_core::body::{BodyId, Link, LinkEnd, Motion, Surface, World};
+use clangor_core::body::{BodyId, JointKind, Link, LinkEnd, Motion, Surface, World};
 use clangor_core::glam::DVec3;
 use clangor_core::material::Damping;
 use clangor_core::pose::{Pose, Track};
@@ -176,6 +176,56 @@ fn links_find_their_bodies() {
 }
 
 #[test]
+fn joints_and_forces_find_their_points() {
+    let world = world(
+        "[[body]]\nname = \"bell\"\nshape = \"mug\"\nmaterial = \"brass\"\nposition = [0, 1, 0]\n\
+         orientation = { axis = [0, 0, 1], degrees = 90 }\n\
+         [[body]]\nname = \"clapper\"\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\n\
+         position = [0, 0.5, 0]\n\
+         [[hinge]]\nbody = \"bell\"\npoint = [0, 1.1, 0]\naxis = [0, 3, 0]\n\
+         [[ball_joint]]\nbody = \"clapper\"\nto = \"bell\"\npoint = [0, 1, 0]\ncollide = true\n\
+         [[rod]]\nbody = \"clapper\"\nto = [0, 0.9, 0]\n\
+         [[rope]]\nbody = \"clapper\"\nto = \"bell\"\nlength = 0.6\n\
+         [[spring]]\nbody = \"clapper\"\npoint = [0, 0.51, 0]\nto = [0, 2, 0]\nstiffness = 5\n\
+         [[force]]\nbody = \"clapper\"\nforce = [1, 0, 0]\nstart = 0.5\nend = 0.75\n\
+         [[force]]\nbody = \"bell\"\ntorque = [[0, 1, 0, 0], [2, 0, 0, 0]]",
+    );
+    let Link::Joint { body: BodyId(0), at, kind: JointKind::Hinge { axis, .. }, collide: false, .. } =
+        &world.links[1]
+    else {
+        panic!("{:?}", world.links)
+    };
+    // A quarter turn about z takes the body's x axis to y.
+    assert!(at.distance(DVec3::X * 0.1) < 1e-12 && axis.distance(DVec3::X) < 1e-12);
+    let Link::Joint { to: LinkEnd::Body { body: BodyId(0), at }, collide: true, .. } = &world.links[2] else {
+        panic!("{:?}", world.links)
+    };
+    assert!(at.length() < 1e-12);
+    let kinds: Vec<JointKind> = world.links[3..5]
+        .iter()
+        .map(|link| if let Link::Joint { kind, .. } = link { *kind } else { panic!("{link:?}") })
+        .collect();
+    assert!(matches!(kinds[0], JointKind::Rod { length } if (length - 0.4).abs() < 1e-12), "{kinds:?}");
+    assert_eq!(kinds[1], JointKind::Rope { length: 0.6 });
+    let Link::Spring { at, rest_length, .. } = &world.links[0] else { panic!("{:?}", world.links) };
+    assert!(at.distance(DVec3::Y * 0.01) < 1e-12 && (rest_length - 1.49).abs() < 1e-12);
+    let Link::Load { force, torque, .. } = &world.links[5] else { panic!("{:?}", world.links) };
+    assert_eq!((force.integral(0.0, 9.0), torque.points().len()), (DVec3::X * 0.25, 0));
+    let Link::Load { torque, .. } = &world.links[6] else { panic!("{:?}", world.links) };
+    assert_eq!(torque.integral(0.0, 9.0), DVec3::X);
+}
+
+#[test]
+fn hands_lead_bodies() {
+    let keys = "keyframes = [{ time = 0, position = [0, 1, 0] }]";
+    let led = |lines: &str| world(&format!("{BALL}{keys}\n{lines}")).bodies[0].motion.clone();
+    assert!(matches!(led(""), Motion::Keyframed(_)));
+    let Motion::Guided(guide) = led("press = 3\nlet_go = 0.5") else { panic!("not guided") };
+    assert_eq!((guide.press, guide.let_go), (Some(3.0), Some(0.5)));
+    assert!(led("let_go = 0.5").is_movable());
+}
+
+#[test]
 fn impossible_links_are_refused() {
     let refusal = |lines: &str| refusal(&format!("{BALL}{lines}"));
     assert_eq!(
@@ -192,6 +242,17 @@ fn impossible_links_are_refused() {
          = [0, 1, 0]",
     );
     assert!(die.contains("is not a sphere"), "{die}");
+    let place = "position = [0, 1, 0]\n";
+    for (lines, reason) in [
+        ("[[rod]]\nbody = \"ball\"\nto = [0, 1, 0]", "lies at both ends"),
+        ("[[rope]]\nbody = \"ball\"\nto = [0, 2, 0]\nlength = 0.9", "farther from the other end"),
+        ("[[ball_joint]]\nbody = \"ball\"\nto = \"ball\"\npoint = [0, 1, 0]", "both ends of the link"),
+        ("motion = \"fixed\"\n[[rope]]\nbody = \"ball\"\nto = [0, 2, 0]", "do not move"),
+        ("motion = \"fixed\"\n[[force]]\nbody = \"ball\"\nforce = [1, 0, 0]", "no force moves it"),
+    ] {
+        let found = refusal(&format!("{place}{lines}"));
+        assert!(found.contains(reason), "{lines}: {found}");
+    }
 }
 
 #[test]

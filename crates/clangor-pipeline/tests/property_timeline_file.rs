@@ -5,7 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Life, Link, LinkEnd, MeshSurface, Motion, Surface, World};
+use clangor_core::body::link::LoadCurve;
+use clangor_core::body::{
+    Body, BodyId, Guide, JointKind, Life, Link, LinkEnd, MeshSurface, Motion, Surface, World,
+};
 use clangor_core::geometry::principal_curvature::Curvature;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::material::{Damping, Material};
@@ -91,10 +94,21 @@ fn header() -> TimelineHeader {
         stiffness: 3.3,
         damping: 0.0,
     };
+    let joint = |to, kind| Link::Joint { body: BodyId(0), at: DVec3::ONE, to, kind, collide: true };
     let links = vec![
         Link::Hang { body: BodyId(3), anchor: DVec3::Y },
         spring(LinkEnd::Point(DVec3::ONE)),
         spring(LinkEnd::centre(BodyId(3))),
+        joint(LinkEnd::Point(DVec3::NEG_Y), JointKind::Ball { damping: 0.5 }),
+        joint(LinkEnd::centre(BodyId(1)), JointKind::Hinge { axis: DVec3::Z, damping: 0.0 }),
+        joint(LinkEnd::Body { body: BodyId(1), at: DVec3::X }, JointKind::Rod { length: 0.25 }),
+        joint(LinkEnd::Point(DVec3::ZERO), JointKind::Rope { length: 2.0 }),
+        Link::Load {
+            body: BodyId(0),
+            at: DVec3::X,
+            force: LoadCurve::try_new(vec![(0.0, DVec3::X), (0.25, DVec3::Y)]).unwrap(),
+            torque: LoadCurve::default(),
+        },
     ];
     TimelineHeader {
         world: World { bodies, links, gravity: DVec3::new(0.0, -9.81, 0.0) },
@@ -363,6 +377,16 @@ fn world_comes_back_bit_exact() {
 }
 
 #[test]
+fn a_led_body_comes_back() {
+    let (folder, mut header) = (tempfile::tempdir().unwrap(), header());
+    let Motion::Keyframed(track) = header.world.bodies[1].motion.clone() else { panic!("no keyframes") };
+    header.world.bodies[1].motion = Motion::Guided(Guide { track, press: Some(1.5), let_go: None });
+    let path = folder.path().join("run.timeline");
+    write(&path, &header, &Timeline::default()).unwrap();
+    assert_eq!(TimelineReader::open(&path).unwrap().header().world.bodies[1], header.world.bodies[1]);
+}
+
+#[test]
 fn births_come_back_bit_exact() {
     let (_folder, path, timeline) = broken();
     let reader = TimelineReader::open(&path).unwrap();
@@ -560,7 +584,7 @@ fn tampered_description_is_refused_by_field() {
     let start = good[..bodies].rfind('{').unwrap();
     let links = good.find("\"links\"").unwrap();
     let cut = format!("{} ], {}", good[..start].trim_end().trim_end_matches(','), &good[links..]);
-    let cut = cut.replace("\"body\": 3", "\"body\": 0");
+    let cut = cut.replace("\"body\": 3", "\"body\": 0").replace("\"body\": 1", "\"body\": 0");
     fs::write(&file, cut).unwrap();
     let error = read(&path).unwrap_err();
     let expected = RowProblem::Body { column: "body", body: 1, bodies: 1 };

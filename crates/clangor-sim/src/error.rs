@@ -54,6 +54,14 @@ pub enum SimulationError {
         /// Overlap \[m\].
         depth: f64,
     },
+    /// The ends of a joint are apart at the start.
+    #[error("a joint of \"{body}\" is open by {gap:.3e} m (or rad) at t = 0; its ends must meet there")]
+    OpenJoint {
+        /// The body at its near end.
+        body: String,
+        /// How far it is off \[m, or rad\].
+        gap: f64,
+    },
     /// A body cannot be replaced by pieces.
     #[error("\"{body}\" breaks at t = {time:.6} s, but it {reason}")]
     CannotBreak {

@@ -8,8 +8,8 @@ pub use clangor_core::scene::simulation_description::{ContactModel, SolverChoice
 /// which it computes only slowly.
 const FEW_FALLING: usize = 8;
 
-/// Resolves `Auto` for a world: `Spheres` if all bodies are spheres and planes without prescribed motion, links
-/// hold their centres only, and at most eight inelastic balls fall, or some hang; else `Rigid`.
+/// Resolves `Auto` for a world: `Spheres` if all bodies are spheres and planes without prescribed motion,
+/// links hold their centres only, and at most eight inelastic balls fall, or some hang; else `Rigid`.
 pub fn choose_solver(world: &World, solver: Solver) -> Solver {
     let suits_spheres = |b: &Body| {
         let prescribed = match &b.motion {

@@ -5,11 +5,14 @@
 #[allow(dead_code)]
 mod scenes;
 
-use clangor_core::body::{BodyId, World};
+use clangor_core::body::link::LoadCurve;
+use clangor_core::body::{BodyId, JointKind, Link, LinkEnd, World};
 use clangor_core::glam::DVec3;
 use clangor_sim::rigid::{Impulse, RigidWorld, StepLog};
 
-use scenes::{Random, ball, cylinder, die, floor, material, prism, ring, rock, rock_pile, solid, world};
+use scenes::{
+    Random, ball, cuboid, cylinder, die, floor, material, prism, ring, rock, rock_pile, solid, world,
+};
 
 /// Steps a world and returns the worst imbalance of momentum and angular momentum of any body that was awake,
 /// relative to the impulses of the body in that step (times its size).
@@ -81,6 +84,63 @@ fn a_mixed_heap_balances_momentum() {
     println!("heap: {linear:.2e} {angular:.2e}");
     // Residuals seen: 1.8e-13 and 1e-14.
     assert!(linear < 1e-10 && angular < 1e-10, "linear {linear:.2e}, angular {angular:.2e}");
+}
+
+/// A mobile of bars, joints, ropes, springs and forces, with a hand and a heap of balls below.
+#[test]
+fn linkages_balance_momentum() {
+    let material = material(7850.0, 0.5, 0.4, 1e-4);
+    let mut bodies = vec![floor(&material)];
+    for k in 0..4 {
+        let mut bar = solid("bar", &material, &[cuboid(DVec3::new(0.1, 0.01, 0.006))]);
+        bar.pose.position = DVec3::new(0.2 * f64::from(k), 0.12, 0.0);
+        bar.angular_velocity = DVec3::X * f64::from(k);
+        bodies.push(bar);
+    }
+    for k in 0..6 {
+        let mut ball = ball(&material, 0.02);
+        ball.pose.position = DVec3::new(0.1 * f64::from(k), 0.02 + 0.05 * f64::from(k % 2), 0.01);
+        bodies.push(ball);
+    }
+    let end = |body: u32, x: f64| LinkEnd::Body { body: BodyId(body), at: DVec3::X * x };
+    let joint = |body: u32, x: f64, to, kind| Link::Joint {
+        body: BodyId(body),
+        at: DVec3::X * x,
+        to,
+        kind,
+        collide: false,
+    };
+    let fixed = LinkEnd::Point(DVec3::new(-0.1, 0.12, 0.0));
+    let mut world = world(bodies);
+    world.links = vec![
+        joint(1, -0.1, fixed, JointKind::Hinge { axis: DVec3::Z, damping: 0.01 }),
+        joint(2, -0.1, end(1, 0.1), JointKind::Ball { damping: 0.002 }),
+        joint(3, -0.1, end(2, 0.1), JointKind::Hinge { axis: DVec3::Y, damping: 0.0 }),
+        joint(4, 0.1, LinkEnd::Point(DVec3::new(0.7, 0.4, 0.0)), JointKind::Rope { length: 0.3 }),
+        joint(5, 0.0, end(4, 0.0), JointKind::Rod { length: 0.61 }),
+        Link::Spring {
+            body: BodyId(4),
+            at: DVec3::NEG_X * 0.1,
+            to: end(3, 0.1),
+            rest_length: 0.02,
+            stiffness: 100.0,
+            damping: 0.1,
+        },
+        Link::Load {
+            body: BodyId(6),
+            at: DVec3::Y * 0.01,
+            force: LoadCurve::try_new(vec![(0.1, DVec3::ZERO), (0.2, DVec3::X), (0.5, DVec3::Z)]).unwrap(),
+            torque: LoadCurve::default(),
+        },
+    ];
+    let distance = world.bodies[5].pose.position.distance(world.bodies[4].pose.position);
+    if let Link::Joint { kind: JointKind::Rod { length }, .. } = &mut world.links[4] {
+        *length = distance;
+    }
+    let (linear, angular) = worst_imbalance(&world, 2.5e-4, 1.5);
+    println!("linkages: {linear:.2e} {angular:.2e}");
+    // Residuals seen: 7e-14 and 1e-14.
+    assert!(linear < 1e-9 && angular < 1e-9, "linear {linear:.2e}, angular {angular:.2e}");
 }
 
 /// Without friction and loss a tumbling body keeps its energy through every bounce.

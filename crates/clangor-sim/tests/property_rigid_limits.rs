@@ -7,7 +7,7 @@ mod scenes;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use clangor_core::body::{Body, BodyId, Link, LinkEnd, Motion, Surface, World};
+use clangor_core::body::{Body, BodyId, JointKind, Link, LinkEnd, Motion, Surface, World};
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 use clangor_core::pose::{Keyframe, Pose, Track};
@@ -131,9 +131,20 @@ fn nonsense_is_an_error_and_not_a_panic() {
     let mut rigid = RigidWorld::try_new(&world(vec![wild]), 1e-4, true).unwrap();
     let outcome = rigid.step(&mut StepLog::new());
     assert!(matches!(outcome, Err(SimulationError::Diverged { body, .. }) if body == "body"));
-    let rod = Link::Hang { body: BodyId(0), anchor: DVec3::Y };
-    let refused = RigidWorld::try_new(&World { links: vec![rod], ..world(vec![fine()]) }, 1e-4, true);
-    assert!(matches!(refused, Err(SimulationError::Unsupported { .. })));
+    let hung = |length: f64, body: u32| Link::Joint {
+        body: BodyId(body),
+        at: DVec3::ZERO,
+        to: LinkEnd::Point(DVec3::Y),
+        kind: JointKind::Rod { length },
+        collide: true,
+    };
+    let linked =
+        |link: Link| RigidWorld::try_new(&World { links: vec![link], ..world(vec![fine()]) }, 1e-4, true);
+    assert!(linked(hung(0.9, 0)).is_ok());
+    assert!(matches!(linked(hung(1.0, 7)), Err(SimulationError::Unsupported { .. })));
+    for length in [1.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(linked(hung(length, 0)), Err(SimulationError::OpenJoint { .. })), "{length}");
+    }
     assert!(RigidWorld::try_new(&world(Vec::new()), 1e-4, true).unwrap().step(&mut StepLog::new()).is_ok());
 }
 

@@ -43,9 +43,9 @@ const CREASED_GAIN: f64 = 3.0;
 const CREASED_CONVERGENCE: f64 = 2.0;
 /// Factor on the node limit for the estimate of a grid that is not made yet.
 const MOST_EXPECTED: f64 = 1.5;
-/// Share of the node limit for accurate grids that are finer than the waves in the band want. A node of a cell
-/// has many more neighbours than one of a tetrahedron, and the errors of inner edges fall too slowly to be
-/// worth larger factors.
+/// Share of the node limit for accurate grids that are finer than the waves in the band want. A node of a
+/// cell has many more neighbours than one of a tetrahedron, and the errors of inner edges fall too slowly
+/// to be worth larger factors.
 const FINER_SHARE: f64 = 0.125;
 /// Least ratio of edges that is worth another grid.
 const LEAST_RATIO: f64 = 1.1;

@@ -41,6 +41,9 @@ use super::impact_pulse::ImpactPulse;
 use super::modal_energy::ModesAtContact;
 use super::vibrating_member::{RingingBodies, VibratingMember, modal_poles};
 
+/// Factor from a solved to a recorded impulse above which the contact of the solve hardly closed: there is no
+/// force whose shape could be taken.
+const MOST_MISSED: f64 = 100.0;
 /// Largest factor by which a solved force on modes is raised to a recorded impulse: 6 dB.
 pub const MOST_SCALE: f64 = 2.0;
 /// Share of the energy of the approach in the modes above which a contact at one point is solved.
@@ -282,6 +285,9 @@ fn scaled_forces(
         return None;
     }
     let scale = recorded / solved;
+    if scale > MOST_MISSED {
+        return None;
+    }
     let gain = (MOST_SCALE / scale).min(1.0);
     let of_steps = |forces: &[f64]| {
         let end = forces.iter().rposition(|force| *force != 0.0).map_or(0, |last| last + 1);

@@ -25,6 +25,8 @@ pub(super) const ELASTIC_HITS: u32 = 12;
 const MAX_SWEEPS: u32 = 400;
 /// Joints hold a point where its mobility is below this part of that without the joints.
 const HELD: f64 = 1e-9;
+/// Points among which a linkage divides an impulse alike at most; more would converge slowly.
+const MOST_SHARES: f64 = 8.0;
 /// Velocity correction, relative to the approach, that ends the sweeps.
 const CONVERGED: f64 = 1e-14;
 
@@ -88,8 +90,12 @@ impl BlockPoint {
     }
 
     /// Solves this point with all others held fixed. Returns the largest change of velocity \[m/s\].
-    fn relax(&mut self, moving: &mut [Mover], reactions: &mut Reactions) -> f64 {
+    ///
+    /// A point of a linkage takes `share` of what is missing: joints make several points block one motion,
+    /// and these divide the impulse alike.
+    fn relax(&mut self, moving: &mut [Mover], reactions: &mut Reactions, share: f64) -> f64 {
         let linked = reactions.holds(self.a) || reactions.holds(self.b);
+        let share = if linked { share } else { 1.0 };
         let ends = [(self.a, self.arm_a), (self.b, self.arm_b)];
         let relative = |m: &[Mover]| m[self.a].velocity_at(self.arm_a) - m[self.b].velocity_at(self.arm_b);
         let push = |moving: &mut [Mover], reactions: &mut Reactions, impulse: DVec3| {
@@ -102,7 +108,7 @@ impl BlockPoint {
         };
         // Normal impulse.
         let speed = relative(moving).dot(self.normal);
-        let change = ((self.target - speed) / self.inverse_mass).max(-self.impulse_n);
+        let change = (share * (self.target - speed) / self.inverse_mass).max(-self.impulse_n);
         push(moving, reactions, self.normal * change);
         let changed = (change * self.inverse_mass).abs();
         let impulse_n = self.impulse_n + change;
@@ -119,7 +125,7 @@ impl BlockPoint {
                 + moving[self.b].inverse_mass_at(self.arm_b, direction)
         };
         let limit = self.friction * impulse_n;
-        let wanted = (self.impulse_t - slip / inverse_mass).clamp_length_max(limit);
+        let wanted = (self.impulse_t - share * slip / inverse_mass).clamp_length_max(limit);
         let change = wanted - self.impulse_t;
         push(moving, reactions, change);
         (self.impulse_n, self.impulse_t) = (impulse_n, wanted);
@@ -227,10 +233,11 @@ impl Block {
         let mut moving: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
         let scale = self.points.iter().map(|p| p.before.length()).fold(0.0, f64::max);
         self.reactions.restart();
+        let share = 1.0 / (self.points.len() as f64).clamp(1.0, MOST_SHARES);
         for _ in 0..MAX_SWEEPS {
             let mut largest = 0.0_f64;
             for point in &mut self.points {
-                largest = largest.max(point.relax(&mut moving, &mut self.reactions));
+                largest = largest.max(point.relax(&mut moving, &mut self.reactions, share));
             }
             largest = largest.max(self.reactions.pull_taut(&mut moving));
             if largest <= CONVERGED * scale {

@@ -11,9 +11,10 @@
 //! Differs: the duration of the contact itself is neglected. The impulses act at its first instant and pose.
 //! The bodies would move by V τ meanwhile, 20 to 300 µm at 1 m/s, and gravity would add g τ, below 3 mm/s.
 //!
-//! Bodies without modes, such as the pieces of a broken one, keep the impulses of rigid bodies. So do impacts
-//! of bodies with joints, whose reactions the solve does not know, and impacts that are slow, or that meet a vibrating body while the forces of its last solve act on it, as in a crowd:
-//! their restitution is that of whole bodies, in which vibration counts.
+//! Bodies without modes, such as the pieces of a broken one, keep the impulses of rigid bodies. So do
+//! impacts of bodies with joints, whose reactions the solve does not know, and impacts that are slow, or
+//! that meet a vibrating body while the forces of its last solve act on it, as in a crowd: their
+//! restitution is that of whole bodies, in which vibration counts.
 
 use clangor_core::body::BodyId;
 use clangor_core::contact::{ContactSide, GroupContact, GroupImpact, GroupMember};

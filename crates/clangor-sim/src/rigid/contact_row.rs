@@ -1,8 +1,9 @@
 //! One contact point in the contact phase: whether it bears in a step, its effective masses, and the solve of
 //! its impulses with all other points held fixed.
 //!
-//! `λ_n ≥ 0` brings the normal velocity to its target; `|λ_t| ≤ μ λ_n` and the couple `|c| ≤ ρ λ_n` drive slip
-//! and relative rotation to zero as far as they can. The masses of bodies with joints include the reactions.
+//! `λ_n ≥ 0` brings the normal velocity to its target; `|λ_t| ≤ μ λ_n` and the couple `|c| ≤ ρ λ_n` drive
+//! slip and relative rotation to zero as far as they can. The masses of bodies with joints include the
+//! reactions.
 
 use glam::DVec3;
 

@@ -130,6 +130,17 @@ impl Joint {
         }
     }
 
+    /// How far it is off, at most \[m, or rad\], where the bodies have these poses; NaN for a joint that is
+    /// no number.
+    pub(super) fn gap(&self, poses: &dyn Fn(usize) -> Pose) -> f64 {
+        let placed = self.placed(poses);
+        let errors = self.errors(&placed, &self.blocked(&placed));
+        let off =
+            |error: f64| if self.is_rope() && error < 0.0 && error.is_finite() { 0.0 } else { error.abs() };
+        // Unlike `max`, this keeps NaN.
+        errors.into_iter().map(off).fold(0.0, |worst, error| if error <= worst { worst } else { error })
+    }
+
     /// Writes the row of an impulse at the joint and a couple on its near body.
     pub(super) fn log(
         &self,

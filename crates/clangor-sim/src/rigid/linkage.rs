@@ -1,7 +1,6 @@
 //! Linkages: bodies that joints, rods and ropes hold together, directly or through others.
 
 use clangor_core::body::Link;
-use clangor_core::pose::Pose;
 use glam::DVec3;
 
 use super::joint::Joint;
@@ -24,8 +23,7 @@ pub(super) struct Linkages {
 impl Linkages {
     /// The linkages of a world at its start; `Err` has the body of a link to one that does not exist.
     pub(super) fn try_new(links: &[Link], bodies: &[BodyState]) -> Result<Self, usize> {
-        let poses =
-            |body: usize| Pose { position: bodies[body].position, orientation: bodies[body].orientation };
+        let poses = |body: usize| bodies[body].start_pose();
         let mut joints = Vec::new();
         for link in links {
             if let Some(unknown) = link.bodies().find(|body| body.index() >= bodies.len()) {

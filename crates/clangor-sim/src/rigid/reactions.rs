@@ -4,13 +4,14 @@
 //!
 //! `J M⁻¹ (P + Jᵀ λ) = 0`, so `λ = −A⁺ J M⁻¹ P` with `A = J M⁻¹ Jᵀ`.
 //!
-//! J has one row for each blocked direction (`joint`), M⁻¹ the inverse masses and inertias. The pseudo-inverse
-//! A⁺ also serves rows that say the same, as those of two hinges of a door. Contacts are solved against bodies
-//! that react in this way, so that a joint is as hard in an impact as at rest.
+//! J has one row for each blocked direction (`joint`), M⁻¹ the inverse masses and inertias. The
+//! pseudo-inverse A⁺ also serves rows that say the same, as those of two hinges of a door. Contacts are
+//! solved against bodies that react in this way, so that a joint is as hard in an impact as at rest.
 //!
-//! [`Reactions::settle`] closes the joints: impulses along the present rows, by Newton's method, such that the
-//! joints are exact at the middle of the *next* step. This is SHAKE (Ryckaert, Ciccotti and Berendsen 1977)
-//! on the midpoints, which is symplectic: the energy of a pendulum oscillates by (ω Δt)² and does not drift.
+//! [`Reactions::settle`] closes the joints: impulses along the present rows, by Newton's method, such that
+//! the joints are exact at the middle of the *next* step. This is SHAKE (Ryckaert, Ciccotti and Berendsen
+//! 1977) on the midpoints, which is symplectic: the energy of a pendulum oscillates by (ω Δt)² and does not
+//! drift.
 //!
 //! A rope is a row whose impulse only pulls. Differs from contacts: it becomes taut at the middle of a step.
 

@@ -59,8 +59,8 @@ impl RigidWorld {
     ///
     /// # Errors
     /// [`SimulationError::CannotBreak`] for a body that is not free or does not exist, has a spring, a joint
-    /// or a force, or has no pieces; [`SimulationError::BadBody`] for a piece that cannot be simulated. The world is unchanged
-    /// after an error.
+    /// or a force, or has no pieces; [`SimulationError::BadBody`] for a piece that cannot be simulated. The
+    /// world is unchanged after an error.
     pub fn replace(&mut self, parent: BodyId, pieces: &[Body]) -> Result<Vec<BodyId>, SimulationError> {
         let broken = parent.index();
         let cannot = |reason| {

@@ -418,6 +418,11 @@ impl BodyState {
         self.mass.recip() + at.length_squared() * softest
     }
 
+    /// Its pose at the start of the step.
+    pub(super) fn start_pose(&self) -> Pose {
+        Pose { position: self.position, orientation: self.orientation }
+    }
+
     /// Its pose at the middle of the step.
     pub(super) fn middle_pose(&self) -> Pose {
         Pose { position: self.mid_position, orientation: self.mid_orientation }

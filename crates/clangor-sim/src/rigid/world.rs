@@ -25,6 +25,8 @@ use crate::SimulationError;
 
 /// Largest overlap allowed at the start \[m\].
 const START_OVERLAP: f64 = 1e-4;
+/// Joints that are open by more at the start are refused \[m, or rad\].
+const OPEN: f64 = 1e-6;
 /// Steps between two searches for islands that may sleep.
 const SLEEP_CHECK: u64 = 16;
 /// Steps between two bottom-up orderings.
@@ -94,6 +96,13 @@ impl RigidWorld {
         };
         let linkages = Linkages::try_new(&world.links, &bodies)
             .map_err(|body| unknown("links without a body", BodyId(body as u32)))?;
+        for joint in &linkages.joints {
+            let gap = joint.gap(&|body| bodies[body].start_pose());
+            let near = joint.ends[0].body.and_then(|body| world.bodies.get(body));
+            if let Some(body) = near.filter(|_| gap > OPEN || gap.is_nan()) {
+                return Err(SimulationError::OpenJoint { body: body.name.clone(), gap });
+            }
+        }
         (0..bodies.len()).for_each(|body| restless[body] = linkages.of(body).is_some());
         let mut springs = Vec::new();
         for link in &world.links {

@@ -9,7 +9,7 @@ use clangor_core::body::{Body, BodyId, Guide, Life, Motion, Surface, World};
 use clangor_core::material::{Damping, Material};
 use clangor_core::medium::Medium;
 use clangor_core::pose::{Keyframe, Pose, Track};
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DQuat};
 use serde::Deserialize;
 
 use super::checks::Checks;
@@ -76,12 +76,7 @@ pub(in crate::formats::timeline_file) fn read(
         };
         bodies.push(checks.body(index, fields, surface)?);
     }
-    let links = description
-        .links
-        .iter()
-        .enumerate()
-        .map(|(i, l)| links::decode(&checks, i, l))
-        .collect::<Result<_, _>>()?;
+    let links = links::decode(&checks, &description.links)?;
     let origin = &description.origin;
     let of_body = |modes: &ImpactModesFields| {
         let body = checks.body_id("origin.impact_modes.body", modes.body);

@@ -1,7 +1,7 @@
 //! Links as a timeline stores them: springs, rods, joints and loads.
 
 use clangor_core::body::link::LoadCurve;
-use clangor_core::body::{BodyId, JointKind, Link, LinkEnd};
+use clangor_core::body::{JointKind, Link, LinkEnd};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -45,7 +45,7 @@ fn is_origin(point: &[f64; 3]) -> bool {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
-enum JointFields {
+pub(super) enum JointFields {
     Ball { damping: f64 },
     Hinge { axis: [f64; 3], damping: f64 },
     Rod { length: f64 },
@@ -54,7 +54,7 @@ enum JointFields {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
-enum LinkEndFields {
+pub(super) enum LinkEndFields {
     Point([f64; 3]),
     Body(u32),
     PointOfBody { body: u32, at: [f64; 3] },
@@ -97,8 +97,12 @@ pub(super) fn encode(link: &Link) -> LinkFields {
     }
 }
 
-/// A stored link, with every body, length and curve checked.
-pub(super) fn decode(checks: &Checks<'_>, index: usize, link: &LinkFields) -> Result<Link, TimelineError> {
+/// Stored links, with every body, length and curve checked.
+pub(super) fn decode(checks: &Checks<'_>, links: &[LinkFields]) -> Result<Vec<Link>, TimelineError> {
+    links.iter().enumerate().map(|(index, link)| decode_one(checks, index, link)).collect()
+}
+
+fn decode_one(checks: &Checks<'_>, index: usize, link: &LinkFields) -> Result<Link, TimelineError> {
     let name = |field: &str| format!("links[{index}].{field}");
     let body_id = |body: u32| checks.body_id(&name("body"), body);
     let end = |to: &LinkEndFields| {

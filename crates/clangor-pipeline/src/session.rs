@@ -65,7 +65,9 @@ use crate::formats::soundbank::default_bank;
 use crate::stages::find_collision_parts::find_collision_parts;
 use crate::stages::find_impact_modes::find_impact_modes;
 use crate::stages::load::LoadedScene;
-use crate::stages::render::{RenderOptions, RenderSummary, check_output, read_impacts, render};
+use crate::stages::render::{
+    HeardPressure, RenderOptions, RenderSummary, check_output, read_impacts, render, render_in_memory,
+};
 use crate::stages::simulate::{check_motion, simulate_and_keep, simulate_impacts};
 use crate::stages::sound_models::{
     ModalPlanSettings, ModelOptions, SoundModelPlan, SoundModelProgress, SoundModelSettings, SoundModelStore,
@@ -304,6 +306,22 @@ impl<'p> Session<'p> {
             peak: peaks.fold(0.0, f64::max),
             summary,
         })
+    }
+
+    /// Renders the pressure at each listener into memory. Simulates and obtains models first.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn pressures(&mut self) -> Result<Vec<HeardPressure>, Error> {
+        self.obtain_models()?;
+        let (Some(motion), Some(models)) = (&self.motion, &self.models) else {
+            return Err(Error::Interrupted);
+        };
+        let on_progress = &mut self.on_progress;
+        let mut reached =
+            |done: f64| on_progress(&Progress { stage: Stage::Render, done, body: "", step: "render" });
+        let (bodies, options) = (&self.source.bodies, &self.options);
+        Ok(render_in_memory(bodies, &models.bodies, &motion.timeline, options, &mut reached)?)
     }
 
     /// What moved, of what is heard; empty before [`simulate`](Self::simulate).

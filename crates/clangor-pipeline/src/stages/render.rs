@@ -108,6 +108,44 @@ pub fn render(
     Ok(summary)
 }
 
+/// The pressure at a listener.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeardPressure {
+    /// Name of the listener.
+    pub listener: String,
+    /// Number of receivers.
+    pub channels: usize,
+    /// Pressure \[Pa\], frame after frame, one number per receiver.
+    pub interleaved: Vec<f32>,
+}
+
+/// Renders the impacts of a timeline for every listener into memory, without stems and compression; see
+/// [`render`].
+///
+/// # Errors
+/// [`RenderError`].
+pub fn render_in_memory(
+    bodies: &[Body],
+    models: &[SoundModel],
+    timeline: &Timeline,
+    options: &RenderOptions,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Vec<HeardPressure>, RenderError> {
+    options.check_sound()?;
+    let (scene, _) = SoundingScene::new(bodies, models, timeline, options)?;
+    let mut progress = PassProgress { passes: options.listeners.len(), done: 0.0, progress };
+    let hear = |listener| {
+        let pass =
+            Pass { listener, options, scene: &scene, clicks: &scene.clicks, vibrating: Vibrating::All };
+        Ok(HeardPressure {
+            listener: listener.name.clone(),
+            channels: listener.receivers.len(),
+            interleaved: pass.collect(&mut progress)?,
+        })
+    };
+    options.listeners.iter().map(hear).collect()
+}
+
 /// Adds what one listener heard of everything.
 fn add_heard(summary: &mut RenderSummary, heard: Heard, scene: &SoundingScene) {
     summary.listeners.push(heard.report);

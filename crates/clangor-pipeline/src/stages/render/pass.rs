@@ -125,6 +125,16 @@ impl Pass<'_> {
         Ok((rendered, heard))
     }
 
+    /// Renders the pressure \[Pa\] into memory, interleaved.
+    pub(super) fn collect(&self, progress: &mut PassProgress<'_>) -> Result<Vec<f32>, RenderError> {
+        let mut pressure = Vec::new();
+        self.stream(None, progress, &mut |samples| {
+            pressure.extend_from_slice(samples);
+            Ok(())
+        })?;
+        Ok(pressure)
+    }
+
     /// Renders the pressure \[Pa\] into the sink, interleaved, a stretch at a time.
     fn stream(
         &self,

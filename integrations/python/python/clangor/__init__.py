@@ -1,0 +1,29 @@
+"""Physically based sound for rigid bodies: a scene goes in, the pressure at a listener comes out, in pascals."""
+
+from ._clangor import (
+    Body,
+    ClangorError,
+    Modes,
+    Session,
+    Sound,
+    StruckSound,
+    Timeline,
+    __version__,
+    materials,
+    modes,
+    strike,
+)
+
+__all__ = [
+    "Body",
+    "ClangorError",
+    "Modes",
+    "Session",
+    "Sound",
+    "StruckSound",
+    "Timeline",
+    "__version__",
+    "materials",
+    "modes",
+    "strike",
+]

@@ -159,6 +159,14 @@ impl Motion {
         }
     }
 
+    /// Whether forces move the body at a time \[s\].
+    pub fn is_movable_at(&self, time: f64) -> bool {
+        match self {
+            Motion::Guided(Guide { press: None, let_go, .. }) => let_go.is_some_and(|let_go| time >= let_go),
+            motion => motion.is_movable(),
+        }
+    }
+
     /// The track on which the body is led, if it is.
     pub fn track(&self) -> Option<&Track> {
         match self {

@@ -44,8 +44,8 @@ pub enum SimulationError {
         /// Its value.
         value: f64,
     },
-    /// Two bodies overlap at the start.
-    #[error("\"{a}\" and \"{b}\" overlap by {depth:.3e} m at t = 0; move them apart")]
+    /// Two bodies overlap at the start, or where one of them is let go.
+    #[error("\"{a}\" and \"{b}\" overlap by {depth:.3e} m at t = {time}; move them apart")]
     StartOverlap {
         /// First body.
         a: String,
@@ -53,6 +53,21 @@ pub enum SimulationError {
         b: String,
         /// Overlap \[m\].
         depth: f64,
+        /// When \[s\].
+        time: f64,
+    },
+    /// A joint cannot be closed.
+    #[error(
+        "a joint of \"{body}\" cannot be closed at t = {time:.6} s: it stays open by {gap:.3e} m (or rad); \
+         use a smaller time_step, or look whether keyframes pull it apart"
+    )]
+    LooseJoint {
+        /// The body at its near end.
+        body: String,
+        /// How far it is off \[m, or rad\].
+        gap: f64,
+        /// When \[s\].
+        time: f64,
     },
     /// The ends of a joint are apart at the start.
     #[error("a joint of \"{body}\" is open by {gap:.3e} m (or rad) at t = 0; its ends must meet there")]

@@ -24,6 +24,7 @@
 
 mod broad_phase;
 mod clip;
+mod closing;
 mod collision_block;
 mod collision_phase;
 mod collision_scene;
@@ -36,6 +37,7 @@ mod flight;
 mod grip;
 mod impact_threshold;
 mod joint;
+mod joint_row;
 mod linkage;
 mod load;
 mod manifold;

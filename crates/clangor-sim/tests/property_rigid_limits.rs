@@ -75,7 +75,9 @@ fn overlaps_at_the_start_are_refused_by_name_and_depth() {
     low.pose.position = DVec3::Y * 0.01;
     high.pose.position = DVec3::Y * (0.03 - 3e-4);
     let refused = RigidWorld::try_new(&world(vec![floor(&material), low.clone(), high.clone()]), 1e-4, true);
-    let Err(SimulationError::StartOverlap { a, b, depth }) = refused else { panic!("accepted an overlap") };
+    let Err(SimulationError::StartOverlap { a, b, depth, .. }) = refused else {
+        panic!("accepted an overlap")
+    };
     assert_eq!((a.as_str(), b.as_str()), ("low", "high"));
     // The hulls are rounded by 5 um each.
     assert!((depth - 3.1e-4).abs() < 1e-8, "{depth:e}");

@@ -107,6 +107,12 @@ impl ContactSide {
         ContactSide { curvature, ..self }
     }
 
+    /// The same side, if contacts cannot move it.
+    #[must_use]
+    pub fn immovable(self) -> Self {
+        ContactSide { inverse_mass: 0.0, inverse_inertia: DMat3::ZERO, ..self }
+    }
+
     /// Whether contacts move it.
     pub fn is_movable(&self) -> bool {
         self.inverse_mass > 0.0

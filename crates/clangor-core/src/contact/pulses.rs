@@ -244,7 +244,8 @@ fn pulse(
     let time = rows.iter().map(|r| r.time).fold(f64::INFINITY, f64::min);
     let first_instant = rows.iter().filter(|r| r.time == time);
     let speed = first_instant.map(ContactRow::approach_speed).fold(0.0, f64::max);
-    if pair.iter().flatten().all(|body| inverse_mass(body) == 0.0) {
+    let is_movable = |body: &Body| inverse_mass(body) > 0.0 && body.motion.is_movable_at(time);
+    if !pair.iter().flatten().any(|body| is_movable(body)) {
         return Ok(Err(Silence::Immovable));
     }
     if speed < settings.v_min || speed == 0.0 {
@@ -266,11 +267,9 @@ fn pulse(
     let side = |i: usize| match pair[i] {
         Some(body) => {
             let weighted = rows.iter().map(|r| (r.point, r.impulse_n / total));
-            ContactSide::of_body(ids[i], body, poses.at(ids[i], time)).touched_at(
-                &body.surface,
-                normal,
-                weighted,
-            )
+            let side = ContactSide::of_body(ids[i], body, poses.at(ids[i], time));
+            let side = if body.motion.is_movable_at(time) { side } else { side.immovable() };
+            side.touched_at(&body.surface, normal, weighted)
         }
         None => ContactSide::SURROUNDINGS,
     };

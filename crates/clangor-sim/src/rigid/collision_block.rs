@@ -158,7 +158,8 @@ impl Block {
             let index = self.actors.iter().position(|actor| actor.body == body).unwrap_or(0);
             (self.actors[index].pose(), index)
         };
-        self.reactions.set_up(linkages, joined.into_iter(), &place, &movers);
+        let chosen = (joined.into_iter(), &[][..]);
+        self.reactions.set_up(linkages, chosen, &place, (&movers, scene.step.length));
     }
 
     /// Adds a body at time `t` of the step, unless it takes part already.

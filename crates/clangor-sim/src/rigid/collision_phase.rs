@@ -91,9 +91,6 @@ impl CollisionPhase {
         self.block.join(scene, t);
         // Bodies that vibrate: impulses of a solve of the contacts.
         self.block.give_way(scene, &mut self.group, t);
-        if !self.block.is_linked() {
-            self.block.join(scene, t);
-        }
         // Rounds of reflections until no point approaches.
         for round in 0..MAX_ROUNDS {
             self.block.assemble(scene, &self.group, round);

@@ -51,6 +51,14 @@ impl PointOfPair<'_> {
     }
 }
 
+impl Actor {
+    /// How it gives way at its pose.
+    fn side(&self, sides: &[BodySide]) -> ContactSide {
+        let side = ContactSide { pose: self.pose(), ..sides[self.body].side };
+        if self.now.inverse_mass > 0.0 { side } else { side.immovable() }
+    }
+}
+
 impl Block {
     /// Solves the contacts of the group at time `t` of the step, if its bodies vibrate enough; applies and
     /// logs the impulses. The group then also has the other pairs that took part.
@@ -64,7 +72,7 @@ impl Block {
         let contacts: Vec<GroupContact> =
             points.iter().map(|point| self.contact(point, fastest, scene.pairs, compliance.sides)).collect();
         let member = |actor: &Actor| GroupMember {
-            side: ContactSide { pose: actor.pose(), ..compliance.sides[actor.body].side },
+            side: actor.side(compliance.sides),
             velocity: actor.now.velocity,
             angular_velocity: actor.now.angular_velocity,
         };
@@ -242,9 +250,8 @@ impl Block {
             members: at.actors,
             sides: at.actors.map(|actor| {
                 let actor = &self.actors[actor];
-                let BodySide { side, surface } = &sides[actor.body];
-                let side = ContactSide { pose: actor.pose(), ..*side };
-                side.touched_at(surface, at.normal, place.clone())
+                let surface = &sides[actor.body].surface;
+                actor.side(sides).touched_at(surface, at.normal, place.clone())
             }),
             place: at.place,
             normal: at.normal,

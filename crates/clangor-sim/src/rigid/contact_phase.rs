@@ -63,7 +63,7 @@ impl ContactPhase {
     }
 
     /// Solves the contacts and joints of the step and updates velocities and momenta. Returns the number of
-    /// sweeps.
+    /// sweeps; `Err` has a joint that cannot be closed, and by how much it is open \[m, or rad\].
     pub(super) fn run(
         &mut self,
         bodies: &mut [BodyState],
@@ -71,13 +71,17 @@ impl ContactPhase {
         linkages: &Linkages,
         step: &Step,
         log: &mut StepLog,
-    ) -> u32 {
+    ) -> Result<u32, (usize, f64)> {
         self.assemble_bodies(bodies, linkages, step);
-        self.close_joints(bodies, linkages, step);
+        self.close_joints(bodies, linkages, step)?;
+        self.reactions.brake(linkages, &mut self.movers, step.length);
+        if self.reactions.has_brakes() {
+            self.close_joints(bodies, linkages, step)?;
+        }
         self.assemble_rows(bodies, pairs, step);
         let sweeps = if self.rows.is_empty() && self.grips.is_empty() { 0 } else { self.sweep(step) };
         if sweeps > 0 {
-            self.close_joints(bodies, linkages, step);
+            self.close_joints(bodies, linkages, step)?;
         }
         self.log(bodies, pairs, step, log);
         if log.skips_slower().is_none() {
@@ -85,7 +89,7 @@ impl ContactPhase {
             self.grips.iter().for_each(|grip| grip.log(bodies, step, log));
         }
         self.apply(bodies, pairs);
-        sweeps
+        Ok(sweeps)
     }
 
     /// Projected Gauss-Seidel sweeps in alternating direction, from the impulses of the last step.
@@ -104,6 +108,13 @@ impl ContactPhase {
         let mut sweeps = 0;
         while sweeps < MAX_SWEEPS {
             let mut largest = 0.0_f64;
+            // Hands and ropes first: contacts have the last word.
+            for grip in &mut self.grips {
+                let (kick, change) = grip.relax(&mut self.movers);
+                largest = largest.max(change);
+                self.reactions.react(&mut self.movers, &[kick]);
+            }
+            largest = largest.max(self.reactions.pull_back(&mut self.movers));
             let ContactPhase { movers, rows, reactions, .. } = self;
             let mut relax = |row: &mut Row| {
                 let (impulse, couple) = (row.total(), row.couple);
@@ -116,11 +127,6 @@ impl ContactPhase {
                 rows.iter_mut().for_each(&mut relax);
             } else {
                 rows.iter_mut().rev().for_each(&mut relax);
-            }
-            for grip in &mut self.grips {
-                let (kick, change) = grip.relax(&mut self.movers);
-                largest = largest.max(change);
-                self.reactions.react(&mut self.movers, &[kick]);
             }
             sweeps += 1;
             if largest < tolerance && sweeps >= MIN_SWEEPS {
@@ -135,14 +141,26 @@ impl ContactPhase {
         self.movers.clear();
         self.movers.extend(bodies.iter().map(BodyState::mover));
         let place = |body: usize| (bodies[body].middle_pose(), body);
-        self.reactions.set_up(linkages, 0..linkages.count(), &place, &self.movers);
-        self.grips.clear();
+        let tensions = self.reactions.tensions();
+        let all = (0..linkages.count(), &tensions[..]);
+        self.reactions.set_up(linkages, all, &place, (&self.movers, step.length));
+        self.reactions.begin_with(&mut self.movers, &tensions);
+        let last = std::mem::take(&mut self.grips);
         self.grips.extend(bodies.iter().enumerate().filter_map(|(i, body)| Grip::of(i, body, step)));
+        for grip in &mut self.grips {
+            let kick = grip.begin_with(&last, &mut self.movers);
+            self.reactions.react(&mut self.movers, &kick);
+        }
     }
 
-    fn close_joints(&mut self, bodies: &[BodyState], linkages: &Linkages, step: &Step) {
+    fn close_joints(
+        &mut self,
+        bodies: &[BodyState],
+        linkages: &Linkages,
+        step: &Step,
+    ) -> Result<(), (usize, f64)> {
         let next = |body: usize, mover: &Mover| bodies[body].next_middle(mover, step.time, step.length);
-        self.reactions.settle(linkages, &mut self.movers, step.length, &next);
+        self.reactions.settle(linkages, &mut self.movers, step.length, &next)
     }
 
     /// Sets up one row for each point that may bear in this step.

@@ -71,6 +71,10 @@ pub(super) struct PairContext<'a> {
     rest: f64,
     /// Distance by which rotation may bend the path of a point in half a step \[m\].
     bent: f64,
+    /// Whether a hand leads a body with limited force.
+    gripped: bool,
+    /// The bodies without what hands do in this step.
+    unled: [Mover; 2],
     /// Sum of the norms of the columns of both inverse inertias \[1/(kg m²)\].
     stiffest: f64,
 }
@@ -100,6 +104,8 @@ impl<'a> PairContext<'a> {
             fall,
             rest: rest_speed(&pair.coefficients.restitution, step),
             bent: bend(body_a, body_b) * half * half,
+            unled: [body_a.mover(), body_b.mover()],
+            gripped: body_a.grip().is_some() || body_b.grip().is_some(),
             stiffest: spin.x_axis.length() + spin.y_axis.length() + spin.z_axis.length(),
         }
     }
@@ -118,13 +124,18 @@ impl<'a> PairContext<'a> {
         // A fast approach that ends after this step is an impact of the next one.
         let arrives =
             speed < -2.0 * self.rest && gap + speed * self.half > -self.bent && pair.hits < MAX_HITS;
-        if parts || arrives {
+        let gripped = arrives && self.gripped;
+        if parts || (arrives && !gripped) {
             point.impulse_n = 0.0;
             point.impulse_t = DVec3::ZERO;
             return None;
         }
-        // Least normal velocity after the step.
-        let target = if gap > 0.0 {
+        // Least normal velocity after the step. A hand does not hasten an impact of the next one.
+        let target = if gripped {
+            let [a, b] = &self.unled;
+            let unled = (a.velocity_at(point.arm_a) - b.velocity_at(point.arm_b)).dot(normal);
+            unled.min(-2.0 * gap.max(0.0) / step.length)
+        } else if gap > 0.0 {
             // The rim ahead of the lowest point must not bear before the lowest point may be pushed out.
             let ahead = if pair.rolls_on_rim && k > 0 { SLOP } else { 0.0 };
             -2.0 * (gap + ahead) / step.length

@@ -1,12 +1,8 @@
 //! Linkages: bodies that joints, rods and ropes hold together, directly or through others.
 
-use clangor_core::body::Link;
-use glam::DVec3;
-
 use super::joint::Joint;
-use super::pair::Step;
 use super::state::BodyState;
-use super::step_log::StepLog;
+use clangor_core::body::Link;
 
 /// The joints of a world, by linkage.
 #[derive(Default)]
@@ -71,31 +67,6 @@ impl Linkages {
         linkages.apart.sort_unstable();
         linkages.joints = joints;
         Ok(linkages)
-    }
-
-    /// Brakes the rotation in damped joints at the middle of the step, and logs it.
-    ///
-    /// The couple is that at the end of the braking, `c ω / (1 + c w Δt)` with w the mobility of free bodies
-    /// about ω, so that no damping is too strong for a step.
-    pub(super) fn damp(&self, bodies: &mut [BodyState], step: &Step, log: &mut StepLog) {
-        for joint in &self.joints {
-            let placed = joint.placed(&|body| bodies[body].middle_pose());
-            let movers = joint.ends.map(|end| end.body.map(|body| bodies[body].mover()));
-            let spin = |end: usize| movers[end].map_or(DVec3::ZERO, |mover| mover.spin);
-            let (damping, braked) = joint.damped(&placed, spin(0) - spin(1));
-            let Some(about) = braked.try_normalize().filter(|_| damping > 0.0) else { continue };
-            let mobility: f64 =
-                movers.iter().flatten().map(|mover| about.dot(mover.inverse_inertia * about)).sum();
-            let couple = braked * (-damping * step.length / (1.0 + damping * mobility * step.length));
-            for (end, couple) in joint.ends.iter().zip([couple, -couple]) {
-                if let Some(body) = end.body {
-                    bodies[body].kick(DVec3::ZERO, couple);
-                }
-            }
-            if log.skips_slower().is_none() {
-                joint.log(&placed, (DVec3::ZERO, couple), step.time + 0.5 * step.length, log);
-            }
-        }
     }
 
     /// Number of linkages.

@@ -25,7 +25,7 @@ impl Scene<'_> {
 impl Block {
     /// Adds the pairs of balls, with each other and with bodies that are not free, whose gaps at the time `t`
     /// of the step are within `reach` \[m\], from those of the block outwards, and their bodies. Says
-    /// whether more than one pair is in the block; adds none where they are too many.
+    /// whether more than one pair is in the block; adds none where they are too many, or a joint holds one.
     pub(super) fn add_pressed_balls(
         &mut self,
         scene: &mut Scene<'_>,
@@ -41,6 +41,7 @@ impl Block {
                 let index = index as usize;
                 let [a, b] = scene.pairs[index].ends();
                 let other = if a == body { b } else { a };
+                let is_linked = scene.linkages.of(other).is_some();
                 let takes_part = scene.is_free_ball(other) || !scene.bodies[other].is_free();
                 if !takes_part || group.contains(&index) {
                     continue;
@@ -51,7 +52,8 @@ impl Block {
                     continue;
                 }
                 group.push(index);
-                if group.len() > MOST_PAIRS {
+                // The solve does not know the reactions of joints.
+                if is_linked || group.len() > MOST_PAIRS {
                     group.truncate(own);
                     self.actors.truncate(bodies);
                     return false;

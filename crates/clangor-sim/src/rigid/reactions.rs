@@ -4,52 +4,30 @@
 //!
 //! `J M⁻¹ (P + Jᵀ λ) = 0`, so `λ = −A⁺ J M⁻¹ P` with `A = J M⁻¹ Jᵀ`.
 //!
-//! J has one row for each blocked direction (`joint`), M⁻¹ the inverse masses and inertias. The
-//! pseudo-inverse A⁺ also serves rows that say the same, as those of two hinges of a door. Contacts are
-//! solved against bodies that react in this way, so that a joint is as hard in an impact as at rest.
+//! J has one row for each blocked direction (`joint`), M⁻¹ the inverse masses and inertias. The pseudo-inverse
+//! A⁺ (`joint_row`) also serves rows that say the same, as those of two hinges of a door. Contacts are solved
+//! against bodies that react in this way, so that a joint is as hard in an impact as at rest.
 //!
-//! [`Reactions::settle`] closes the joints: impulses along the present rows, by Newton's method, such that
-//! the joints are exact at the middle of the *next* step. This is SHAKE (Ryckaert, Ciccotti and Berendsen
-//! 1977) on the midpoints, which is symplectic: the energy of a pendulum oscillates by (ω Δt)² and does not
-//! drift.
-//!
-//! A rope is a row whose impulse only pulls. Differs from contacts: it becomes taut at the middle of a step.
+//! A rope is a row whose impulse only pulls. While it pulls in a step it reacts like a rod; before that it
+//! takes part in the sweeps of contacts like a contact. Differs from contacts: it becomes taut at the middle
+//! of a step.
 
 use std::ops::Range;
 
 use clangor_core::pose::Pose;
-use faer::{Mat, Side};
 use glam::DVec3;
 
 use super::joint::{Blocked, PlacedEnds};
+use super::joint_row::{Rope, Row, pseudo_inverse};
 use super::linkage::Linkages;
 use super::mover::Mover;
 use super::step_log::StepLog;
 
-/// Eigenvalues of the scaled A below this are those of rows that say the same.
-const REDUNDANT: f64 = 1e-9;
-/// Joints that are closer than this are closed \[m, or rad\].
-const CLOSED: f64 = 1e-13;
-/// Rounds of Newton's method at most. Seen: 3 for single joints, 20 for ropes between linkages.
-const MOST_ROUNDS: u32 = 40;
 /// A rope that is shorter than its length by less than this resists an impact \[m\].
 const TAUT: f64 = 1e-6;
-
-/// A row of a joint, and the impulse along it so far.
-struct Row {
-    joint: usize,
-    blocked: Blocked,
-    /// The two ends among the movers.
-    ends: [Option<usize>; 2],
-    impulse: f64,
-}
-
-/// A rope, and how much a unit impulse along it changes the velocity of its length \[1/kg\].
-struct Rope {
-    row: Row,
-    inverse_mass: f64,
-    taut: bool,
-}
+/// Between the middles of two steps, ends that pass each other at a speed v come nearer by v² Δt² / 8 L; a
+/// rope resists within this many times as much.
+const CHORD: f64 = 2.0;
 
 /// Rows of one linkage and the pseudo-inverse of A, by columns.
 struct Solved {
@@ -64,11 +42,12 @@ pub(super) type Kick = (usize, DVec3, DVec3);
 #[derive(Default)]
 pub(super) struct Reactions {
     rows: Vec<Row>,
-    ropes: Vec<Rope>,
     solved: Vec<Solved>,
     /// Linkage of each mover, among `solved`.
     of_mover: Vec<Option<usize>>,
     placed: Vec<(usize, PlacedEnds)>,
+    /// Rows of damped joints, about the rotation that they brake.
+    brakes: Vec<Row>,
 }
 
 /// The total impulse of a joint on its near body.
@@ -84,49 +63,20 @@ pub(super) struct JointImpulse {
     pub(super) couple: DVec3,
 }
 
-impl Row {
-    /// Velocity along the row.
-    fn rate(&self, movers: &[Mover]) -> f64 {
-        let of = |end: usize, sign: f64| {
-            self.ends[end].map_or(0.0, |mover| {
-                let Mover { velocity, spin, .. } = movers[mover];
-                sign * (self.blocked.along.dot(velocity) + self.blocked.turning[end].dot(spin))
-            })
-        };
-        of(0, 1.0) + of(1, -1.0)
-    }
-
-    /// What a unit impulse along the row does to each end.
-    fn kicks(&self, impulse: f64) -> impl Iterator<Item = Kick> {
-        let kick = move |end: usize, sign: f64| {
-            let Blocked { along, turning } = self.blocked;
-            self.ends[end].map(|mover| (mover, along * (sign * impulse), turning[end] * (sign * impulse)))
-        };
-        [kick(0, 1.0), kick(1, -1.0)].into_iter().flatten()
-    }
-
-    fn push(&mut self, movers: &mut [Mover], impulse: f64) {
-        self.impulse += impulse;
-        for (mover, linear, angular) in self.kicks(impulse) {
-            movers[mover].push(linear, angular);
-        }
-    }
-}
-
 impl Reactions {
-    /// Sets up the joints of these linkages. `place` gives the pose of a body and its number among the
-    /// movers.
+    /// Sets up the joints of these linkages in steps of `length` \[s\]; the ropes named by their joints pull.
+    /// `place` gives the pose of a body and its number among the movers.
     pub(super) fn set_up(
         &mut self,
         linkages: &Linkages,
-        chosen: impl Iterator<Item = usize>,
+        (chosen, pulling): (impl Iterator<Item = usize>, &[(usize, f64)]),
         place: &dyn Fn(usize) -> (Pose, usize),
-        movers: &[Mover],
+        (movers, length): (&[Mover], f64),
     ) {
         self.rows.clear();
-        self.ropes.clear();
         self.solved.clear();
         self.placed.clear();
+        self.brakes.clear();
         self.of_mover.clear();
         self.of_mover.resize(movers.len(), None);
         for linkage in chosen {
@@ -134,27 +84,46 @@ impl Reactions {
             for &body in linkages.bodies_of(linkage) {
                 self.of_mover[place(body).1] = Some(self.solved.len());
             }
-            let mut ropes = Vec::new();
             for &index in linkages.joints_of(linkage) {
                 let joint = &linkages.joints[index];
                 let placed = joint.placed(&|body| place(body).0);
                 let blocked = joint.blocked(&placed);
                 let ends = joint.ends.map(|end| end.body.map(|body| place(body).1));
-                let taut = joint.errors(&placed, &blocked).iter().any(|error| *error > -TAUT);
-                let rows = blocked.iter().map(|&blocked| Row { joint: index, blocked, ends, impulse: 0.0 });
-                match joint.is_rope() {
-                    true => ropes.extend(rows.map(|row| Rope { row, inverse_mass: 0.0, taut })),
-                    false => self.rows.extend(rows),
-                }
+                let rope = joint.is_rope().then(|| {
+                    let near = TAUT + CHORD * chord(&placed, ends, movers, length);
+                    let taut = joint.errors(&placed, &blocked).iter().any(|error| *error > -near);
+                    let pulls = pulling.iter().any(|(pulling, _)| *pulling == index);
+                    Rope { taut, pulls, limit: 0.0 }
+                });
+                let row =
+                    |blocked: &Blocked| Row { joint: index, blocked: *blocked, ends, impulse: 0.0, rope };
+                self.rows.extend(blocked.iter().map(row));
                 self.placed.push((index, placed));
             }
-            let rows = first..self.rows.len();
-            self.solved.push(Solved { inverse: pseudo_inverse(&self.rows[rows.clone()], movers), rows });
-            for mut rope in ropes {
-                rope.inverse_mass = self.own_response(movers, &rope.row);
-                self.ropes.push(rope);
-            }
+            self.solved.push(Solved { rows: first..self.rows.len(), inverse: Vec::new() });
+            self.factorize(self.solved.len() - 1, movers);
         }
+    }
+
+    /// Finds the pseudo-inverse of the rows of a linkage that react.
+    pub(super) fn factorize(&mut self, slot: usize, movers: &[Mover]) {
+        let solved = &mut self.solved[slot];
+        solved.inverse = pseudo_inverse(&self.rows[solved.rows.clone()], movers);
+    }
+
+    /// Number of linkages.
+    pub(super) fn linkage_count(&self) -> usize {
+        self.solved.len()
+    }
+
+    /// Rows of a linkage.
+    pub(super) fn rows_of(&mut self, slot: usize) -> &mut [Row] {
+        &mut self.rows[self.solved[slot].rows.clone()]
+    }
+
+    /// Impulses of the rows of a linkage that change their velocities as wanted.
+    pub(super) fn solve(&self, slot: usize, wanted: &[f64]) -> Vec<f64> {
+        self.solved[slot].solve(wanted)
     }
 
     /// Whether a mover belongs to a linkage.
@@ -253,89 +222,89 @@ impl Reactions {
 
     /// Pulls taut ropes that an impact lengthens. Returns the largest change of velocity \[m/s\].
     pub(super) fn pull_taut(&mut self, movers: &mut [Mover]) -> f64 {
+        self.pull_ropes(movers, |rope| rope.taut.then_some(0.0))
+    }
+
+    /// Pulls slack ropes that would be too long at the middle of the next step. Returns the largest change of
+    /// velocity \[m/s\].
+    pub(super) fn pull_back(&mut self, movers: &mut [Mover]) -> f64 {
+        self.pull_ropes(movers, |rope| (!rope.pulls).then_some(rope.limit))
+    }
+
+    /// Pulls ropes that grow faster than their limits [m/s], one after the other.
+    fn pull_ropes(&mut self, movers: &mut [Mover], limit: impl Fn(Rope) -> Option<f64>) -> f64 {
         let mut largest = 0.0_f64;
-        for index in 0..self.ropes.len() {
-            let rope = &self.ropes[index];
-            if rope.taut && rope.inverse_mass > 0.0 {
-                let wanted = rope.row.rate(movers) / rope.inverse_mass;
-                largest = largest.max(self.pull(movers, index, -wanted) * self.ropes[index].inverse_mass);
+        for index in 0..self.rows.len() {
+            let row = self.rows[index];
+            let Some(limit) = row.rope.and_then(&limit) else { continue };
+            let excess = row.rate(movers) - limit;
+            if excess <= 0.0 && row.impulse == 0.0 {
+                continue;
+            }
+            let mobility = self.own_response(movers, &row);
+            if mobility > 0.0 {
+                let change = (row.impulse - excess / mobility).min(0.0) - row.impulse;
+                self.push(movers, index, change);
+                largest = largest.max(change.abs() * mobility);
             }
         }
         largest
     }
 
-    /// Adds an impulse along a rope, as far as it pulls. Returns the size of what was added.
-    fn pull(&mut self, movers: &mut [Mover], index: usize, wanted: f64) -> f64 {
-        let row = &mut self.ropes[index].row;
-        let change = (row.impulse + wanted).min(0.0) - row.impulse;
-        if change != 0.0 {
-            row.push(movers, change);
-            let kicks: Vec<Kick> = row.kicks(change).collect();
+    /// Adds an impulse along a row that does not react.
+    fn push(&mut self, movers: &mut [Mover], index: usize, impulse: f64) {
+        self.rows[index].push(movers, impulse);
+        let kicks: Vec<Kick> = self.rows[index].kicks(impulse).collect();
+        self.react(movers, &kicks);
+    }
+
+    /// Impulses of the ropes that pull, by joint, for the next step to begin with.
+    pub(super) fn tensions(&self) -> Vec<(usize, f64)> {
+        let pulling = self.rows.iter().filter(|row| row.rope.is_some() && row.impulse < 0.0);
+        pulling.map(|row| (row.joint, row.impulse)).collect()
+    }
+
+    /// Begins with the impulses of the last step.
+    pub(super) fn begin_with(&mut self, movers: &mut [Mover], tensions: &[(usize, f64)]) {
+        for row in self.rows.iter_mut().filter(|row| row.rope.is_some()) {
+            if let Some((_, impulse)) = tensions.iter().find(|(joint, _)| *joint == row.joint) {
+                row.push(movers, *impulse);
+            }
+        }
+    }
+
+    /// Brakes the rotation in damped joints over a step of `length` \[s\], with the couple at its end,
+    /// `c ω / (1 + c w Δt)`, w the mobility of the linkage about ω: no damping is too strong for a step.
+    pub(super) fn brake(&mut self, linkages: &Linkages, movers: &mut [Mover], length: f64) {
+        for at in 0..self.placed.len() {
+            let (index, placed) = &self.placed[at];
+            let joint = &linkages.joints[*index];
+            let ends = joint.ends.map(|end| end.body);
+            let spin = |movers: &[Mover]| {
+                let of = |end: usize| ends[end].map_or(DVec3::ZERO, |body| movers[body].spin);
+                of(0) - of(1)
+            };
+            let (damping, braked) = joint.damped(placed, spin(movers));
+            let Some(about) = braked.try_normalize().filter(|_| damping > 0.0) else { continue };
+            let blocked = Blocked { along: DVec3::ZERO, turning: [about; 2] };
+            let mut row = Row { joint: *index, blocked, ends, impulse: 0.0, rope: None };
+            let mobility = self.own_response(movers, &row);
+            let impulse = -damping * length * braked.length() / (1.0 + damping * length * mobility);
+            row.push(movers, impulse);
+            let kicks: Vec<Kick> = row.kicks(impulse).collect();
             self.react(movers, &kicks);
-        }
-        change.abs()
-    }
-
-    /// Closes all joints at the poses that `next` gives for movers with their present velocities, `duration`
-    /// \[s\] later.
-    pub(super) fn settle(
-        &mut self,
-        linkages: &Linkages,
-        movers: &mut [Mover],
-        duration: f64,
-        next: &dyn Fn(usize, &Mover) -> Pose,
-    ) {
-        for _ in 0..MOST_ROUNDS {
-            let mut worst = 0.0_f64;
-            for slot in 0..self.solved.len() {
-                let errors = self.errors(linkages, movers, self.solved[slot].rows.clone(), next);
-                worst = errors.iter().fold(worst, |worst, error| worst.max(error.abs()));
-                let wanted: Vec<f64> = errors.iter().map(|error| -error / duration).collect();
-                let impulses = self.solved[slot].solve(&wanted);
-                for (row, impulse) in self.rows[self.solved[slot].rows.clone()].iter_mut().zip(impulses) {
-                    row.push(movers, impulse);
-                }
-            }
-            for index in 0..self.ropes.len() {
-                let Rope { row, inverse_mass, .. } = &self.ropes[index];
-                if *inverse_mass <= 0.0 {
-                    continue;
-                }
-                let placed = linkages.joints[row.joint].placed(&|body| next(body, &movers[body]));
-                let error = linkages.joints[row.joint].errors(&placed, &[row.blocked])[0];
-                if error > 0.0 || row.impulse < 0.0 {
-                    worst = worst.max(error.abs());
-                    let wanted = -error / (duration * inverse_mass);
-                    self.pull(movers, index, wanted);
-                }
-            }
-            if worst < CLOSED {
-                break;
-            }
+            self.brakes.push(row);
         }
     }
 
-    /// How far the joints of these rows are off at the poses that `next` gives. The movers are the bodies.
-    fn errors(
-        &self,
-        linkages: &Linkages,
-        movers: &[Mover],
-        rows: Range<usize>,
-        next: &dyn Fn(usize, &Mover) -> Pose,
-    ) -> Vec<f64> {
-        let mut errors = Vec::with_capacity(rows.len());
-        for same in self.rows[rows].chunk_by(|a, b| a.joint == b.joint) {
-            let joint = &linkages.joints[same[0].joint];
-            let blocked: Vec<Blocked> = same.iter().map(|row| row.blocked).collect();
-            let placed = joint.placed(&|body| next(body, &movers[body]));
-            errors.extend(joint.errors(&placed, &blocked));
-        }
-        errors
+    /// Whether a joint brakes.
+    pub(super) fn has_brakes(&self) -> bool {
+        !self.brakes.is_empty()
     }
 
     /// The total impulse of each joint that acts.
     pub(super) fn totals(&self) -> impl Iterator<Item = JointImpulse> {
-        let rows: Vec<&Row> = self.rows.iter().chain(self.ropes.iter().map(|rope| &rope.row)).collect();
+        let rows: Vec<&Row> = self.rows.iter().chain(&self.brakes).collect();
         let total = |same: &[&Row]| {
             let Row { joint, ends, .. } = *same[0];
             let (mut impulse, mut couple) = (DVec3::ZERO, DVec3::ZERO);
@@ -355,7 +324,6 @@ impl Reactions {
     /// Forgets the impulses so far.
     pub(super) fn restart(&mut self) {
         self.rows.iter_mut().for_each(|row| row.impulse = 0.0);
-        self.ropes.iter_mut().for_each(|rope| rope.row.impulse = 0.0);
     }
 
     /// Writes a row for each joint that acts.
@@ -368,6 +336,15 @@ impl Reactions {
     }
 }
 
+/// How much nearer the ends of a rope come between the middles of two steps, as they pass each other \[m\].
+fn chord(placed: &PlacedEnds, ends: [Option<usize>; 2], movers: &[Mover], length: f64) -> f64 {
+    let velocity =
+        |end: usize| ends[end].map_or(DVec3::ZERO, |mover| movers[mover].velocity_at(placed.arms[end]));
+    let between = placed.points[0].distance(placed.points[1]);
+    let travel = (velocity(0) - velocity(1)).length_squared() * length * length;
+    travel / (8.0 * between.max(f64::MIN_POSITIVE))
+}
+
 impl Solved {
     fn solve(&self, wanted: &[f64]) -> Vec<f64> {
         let count = wanted.len();
@@ -378,45 +355,4 @@ impl Solved {
         }
         impulses
     }
-}
-
-/// A⁺, by columns. Rows are scaled to a diagonal of ones, so that metres and radians compare.
-fn pseudo_inverse(rows: &[Row], movers: &[Mover]) -> Vec<f64> {
-    let count = rows.len();
-    let between = |one: &Row, other: &Row| {
-        let kicked = one.kicks(1.0).map(|(mover, linear, angular)| {
-            let Mover { inverse_mass, inverse_inertia, .. } = movers[mover];
-            let felt = (linear * inverse_mass, inverse_inertia * angular);
-            let of = |end: usize, sign: f64| {
-                let Blocked { along, turning } = other.blocked;
-                let hit = other.ends[end] == Some(mover);
-                if hit { sign * (along.dot(felt.0) + turning[end].dot(felt.1)) } else { 0.0 }
-            };
-            of(0, 1.0) + of(1, -1.0)
-        });
-        kicked.sum::<f64>()
-    };
-    let scale: Vec<f64> = rows
-        .iter()
-        .map(|row| {
-            let own = between(row, row);
-            if own > 0.0 { own.sqrt().recip() } else { 0.0 }
-        })
-        .collect();
-    let scaled = Mat::from_fn(count, count, |i, j| {
-        let (low, high) = (i.min(j), i.max(j));
-        between(&rows[high], &rows[low]) * scale[i] * scale[j]
-    });
-    let mut inverse = vec![0.0; count * count];
-    // A symmetric matrix of finite numbers has eigenvalues.
-    let Ok(eigen) = scaled.self_adjoint_eigen(Side::Lower) else { return inverse };
-    let (values, vectors) = (eigen.S(), eigen.U());
-    for k in (0..count).filter(|&k| values[k] > REDUNDANT) {
-        for j in 0..count {
-            for i in 0..count {
-                inverse[j * count + i] += vectors[(i, k)] * vectors[(j, k)] / values[k] * scale[i] * scale[j];
-            }
-        }
-    }
-    inverse
 }

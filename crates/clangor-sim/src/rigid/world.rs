@@ -87,7 +87,13 @@ impl RigidWorld {
                     shapes.len() - 1
                 }
             };
-            bodies.push(BodyState::try_new(body, shape, shapes[shape].radius).map_err(bad)?);
+            let state = BodyState::try_new(body, shape, shapes[shape].radius).map_err(bad)?;
+            // In a step a hand must not move its body farther than bodies may overlap.
+            let pressed = state.grip().map_or(0.0, |(_, press)| press / state.mass);
+            if 0.5 * pressed * time_step * time_step > START_OVERLAP {
+                return Err(bad("is pressed too strongly for its mass at this time step"));
+            }
+            bodies.push(state);
         }
         let mut restless = vec![false; bodies.len()];
         let unknown = |what, id: BodyId| {
@@ -138,7 +144,7 @@ impl RigidWorld {
         // Overlaps at the start are errors, not overlaps at birth.
         rigid.paired = rigid.bodies.len();
         rigid.find_pairs();
-        rigid.refuse_overlaps()?;
+        rigid.refuse_overlaps(|_| true)?;
         Ok(rigid)
     }
 
@@ -243,14 +249,21 @@ impl RigidWorld {
         log.clear();
         // Fly to the middle of the step and update the contacts there.
         let mut rebuild = self.paired < self.bodies.len();
-        for body in &mut self.bodies {
-            rebuild |= body.release(step.time, step.length);
+        let mut released = Vec::new();
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            if body.release(step.time, step.length) {
+                released.push(index);
+                rebuild = true;
+            }
             body.begin_step(step.time, step.length);
             rebuild |= body.moved > 0.5 * body.margin;
         }
         self.check_finite()?;
         if rebuild {
             self.find_pairs();
+        }
+        if !released.is_empty() {
+            self.refuse_overlaps(|pair| pair.ends().iter().any(|end| released.contains(end)))?;
         }
         for pair in &mut self.pairs {
             pair.begin_step(&self.bodies, &self.shapes, &step, &mut self.scratch);
@@ -275,7 +288,7 @@ impl RigidWorld {
                 solver: &mut self.compliant,
             }),
         });
-        // Gravity, springs, loads and damped joints.
+        // Gravity, springs and loads.
         for body in self.bodies.iter_mut().filter(|b| b.is_awake()) {
             body.velocity += self.gravity * step.length;
         }
@@ -285,9 +298,11 @@ impl RigidWorld {
         for load in &self.loads {
             load.act(&mut self.bodies, &step, log);
         }
-        self.linkages.damp(&mut self.bodies, &step, log);
         // Contact phase: resting, sliding and rolling contact.
-        let sweeps = self.contact.run(&mut self.bodies, &mut self.pairs, &self.linkages, &step, log);
+        let sweeps = self
+            .contact
+            .run(&mut self.bodies, &mut self.pairs, &self.linkages, &step, log)
+            .map_err(|(joint, gap)| self.loose(joint, gap))?;
         self.sweeps += u64::from(sweeps);
         // Fly to the end of the step; sleep.
         self.steps += 1;
@@ -306,6 +321,12 @@ impl RigidWorld {
             self.contact.sort(&self.bodies, &self.pairs, self.gravity);
         }
         self.check_finite()
+    }
+
+    fn loose(&self, joint: usize, gap: f64) -> SimulationError {
+        let near = self.linkages.joints[joint].ends[0].body;
+        let body = near.map_or_else(String::new, |body| self.names[body].clone());
+        SimulationError::LooseJoint { body, gap, time: self.time() }
     }
 
     fn check_finite(&self) -> Result<(), SimulationError> {
@@ -338,10 +359,11 @@ impl RigidWorld {
         self.contact.sort(&self.bodies, &self.pairs, self.gravity);
     }
 
-    fn refuse_overlaps(&mut self) -> Result<(), SimulationError> {
-        let still = Step { time: 0.0, length: 0.0, gravity: DVec3::ZERO };
+    /// Refuses overlaps of bodies that begin to move: at the start, or where they are let go.
+    fn refuse_overlaps(&mut self, begins: impl Fn(&Pair) -> bool) -> Result<(), SimulationError> {
+        let still = Step { time: self.time(), length: 0.0, gravity: DVec3::ZERO };
         let mut deepest = (START_OVERLAP, None);
-        for pair in &mut self.pairs {
+        for pair in self.pairs.iter_mut().filter(|pair| begins(pair)) {
             pair.find_exactly(&self.bodies, &self.shapes, &still, 0.0, &mut self.scratch);
             let depth = pair.exact.points.iter().map(|p| -p.gap).fold(0.0, f64::max);
             if depth > deepest.0 {
@@ -353,6 +375,7 @@ impl RigidWorld {
                 a: self.names[key.a as usize].clone(),
                 b: self.names[key.b as usize].clone(),
                 depth,
+                time: self.time(),
             }),
             _ => Ok(()),
         }

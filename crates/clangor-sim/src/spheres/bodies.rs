@@ -140,5 +140,5 @@ pub(super) fn check_overlap(
         return Ok(());
     }
     let name = |body: u32| world.bodies[body as usize].name.clone();
-    Err(SimulationError::StartOverlap { a: name(a.min(b)), b: name(a.max(b)), depth })
+    Err(SimulationError::StartOverlap { a: name(a.min(b)), b: name(a.max(b)), depth, time: 0.0 })
 }

@@ -213,7 +213,7 @@ pub enum Problem {
     },
     /// Times of keyframes, or of rows of a force, that do not increase.
     #[error("times must increase, but {time} s follows {previous} s")]
-    UnorderedKeyframes {
+    UnorderedTimes {
         /// Time of the offending key \[s\].
         time: f64,
         /// Time of the key before it \[s\].
@@ -330,7 +330,7 @@ impl Problem {
             Problem::Shape(error) => shape_remedy(error),
             Problem::Geometry { remedy, .. } => remedy.clone(),
             Problem::NoDirection { expected } => format!("write {expected}"),
-            Problem::UnorderedKeyframes { .. } => "sort them by time, each later than the last".into(),
+            Problem::UnorderedTimes { .. } => "sort them by time, each later than the last".into(),
             Problem::UnorderedFrequencies { .. } => "sort the rows by frequency, each only once".into(),
             Problem::AbsurdSize { radius } if *radius > 1.0 => {
                 "lengths are in metres; if the file is in millimetres, set scale = 0.001".into()

@@ -34,7 +34,7 @@ impl Reactions {
         next: &Next<'_>,
     ) -> Result<(), (usize, f64)> {
         for slot in 0..self.linkage_count() {
-            let mut open = (0, f64::INFINITY);
+            let (mut open, mut least) = ((0, f64::INFINITY), (0, f64::INFINITY));
             for round in 0..MOST_ROUNDS {
                 let errors = self.errors(linkages, movers, slot, next);
                 let changed = self.choose_ropes(slot, (&errors, duration), movers);
@@ -42,6 +42,9 @@ impl Reactions {
                     self.factorize(slot, movers);
                 }
                 open = self.most_open(slot, &errors);
+                if open.1 < least.1 {
+                    least = open;
+                }
                 if open.1 < CLOSED && !changed {
                     break;
                 }
@@ -52,7 +55,7 @@ impl Reactions {
                 }
             }
             if open.1 >= OPEN || open.1.is_nan() {
-                return Err(open);
+                return Err(least);
             }
         }
         Ok(())

@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::collision_scene::Scene;
 use super::impact_threshold::rest_speed;
 use super::mover::Mover;
-use super::reactions::{JointImpulse, Reactions};
+use super::reactions::{HELD, JointImpulse, Reactions};
 use super::state::Instant;
 use super::step_log::{ContactImpulse, Impulse};
 
@@ -23,8 +23,6 @@ pub(super) const TOUCHING: f64 = 1e-9;
 pub(super) const ELASTIC_HITS: u32 = 12;
 /// Gauss-Seidel sweeps at most.
 const MAX_SWEEPS: u32 = 400;
-/// Joints hold a point where its mobility is below this part of that without the joints.
-const HELD: f64 = 1e-9;
 /// Points among which a linkage divides an impulse alike at most; more would converge slowly.
 const MOST_SHARES: f64 = 8.0;
 /// Velocity correction, relative to the approach, that ends the sweeps.

@@ -11,7 +11,7 @@ use super::impact_threshold::{MAX_HITS, bend, rest_speed};
 use super::manifold::tangents;
 use super::mover::Mover;
 use super::pair::{Pair, SLOP, Step};
-use super::reactions::{Kick, Reactions};
+use super::reactions::{HELD, Kick, Reactions};
 use super::state::BodyState;
 
 /// Fraction of an overlap that is removed per step.
@@ -24,8 +24,6 @@ const FAST_PUSH_FRACTION: f64 = 1.0;
 const FAST_PUSH: f64 = 0.2;
 /// Open points that separate faster than this take no part \[m/s\].
 const PARTING: f64 = 0.05;
-/// A joint holds a point where its mobility is below this part of that without the joint.
-const HELD: f64 = 1e-9;
 
 /// One contact point in the solve.
 pub(super) struct Row {

@@ -12,16 +12,14 @@
 //!
 //! In an impact a gripped body bounces with its own mass: a hand does little in so short a time.
 
-use clangor_core::body::BodyId;
 use clangor_core::pose::Pose;
-use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::{DMat3, DVec3};
 
 use super::mover::Mover;
 use super::pair::Step;
 use super::reactions::Kick;
 use super::state::BodyState;
-use super::step_log::{Impulse, StepLog};
+use super::step_log::StepLog;
 
 /// Part of the braking speed that is used, so that the last steps do not overshoot.
 const CAUTION: f64 = 0.7;
@@ -114,23 +112,9 @@ impl Grip {
 
     pub(super) fn log(&self, bodies: &[BodyState], step: &Step, log: &mut StepLog) {
         let state = &bodies[self.body];
-        let row = ContactRow {
-            time: step.time + 0.5 * step.length,
-            body_a: BodyId(self.body as u32),
-            body_b: BodyId::WORLD,
-            kind: ContactKind::Constraint,
-            point: state.mid_position,
-            normal: self.impulse[0].normalize_or_zero(),
-            impulse_n: self.impulse[0].length(),
-            impulse_t: DVec3::ZERO,
-            couple: self.impulse[1],
-            velocity: state.velocity,
-            depth: 0.0,
-            impact_id: 0,
-        };
-        log.begin(ContactKind::Constraint);
-        log.impulse(Impulse { row, arm_a: DVec3::ZERO, arm_b: DVec3::ZERO });
-        log.end();
+        let time = step.time + 0.5 * step.length;
+        let ends = [(Some(self.body), DVec3::ZERO), (None, DVec3::ZERO)];
+        log.link(time, ends, (state.mid_position, state.velocity), (self.impulse[0], self.impulse[1]));
     }
 }
 

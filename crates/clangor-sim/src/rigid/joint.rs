@@ -9,13 +9,12 @@
 //! `τ_a = τ_b = t` for the two rows of a hinge that block rotation about t across the axis. Rods and ropes
 //! have one row, along the line between their ends.
 
-use clangor_core::body::{BodyId, JointKind, Link, LinkEnd};
+use clangor_core::body::{JointKind, Link, LinkEnd};
 use clangor_core::pose::Pose;
-use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
 use super::manifold::tangents;
-use super::step_log::{Impulse, StepLog};
+use super::step_log::StepLog;
 
 /// An end of a joint.
 #[derive(Clone, Copy)]
@@ -149,25 +148,8 @@ impl Joint {
         time: f64,
         log: &mut StepLog,
     ) {
-        let [body_a, body_b] =
-            self.ends.map(|end| end.body.map_or(BodyId::WORLD, |body| BodyId(body as u32)));
-        let row = ContactRow {
-            time,
-            body_a,
-            body_b,
-            kind: ContactKind::Constraint,
-            point: placed.points[0],
-            normal: impulse.normalize_or_zero(),
-            impulse_n: impulse.length(),
-            impulse_t: DVec3::ZERO,
-            couple,
-            velocity: DVec3::ZERO,
-            depth: 0.0,
-            impact_id: 0,
-        };
-        log.begin(ContactKind::Constraint);
-        log.impulse(Impulse { row, arm_a: placed.arms[0], arm_b: placed.arms[1] });
-        log.end();
+        let [a, b] = [0, 1].map(|end| (self.ends[end].body, placed.arms[end]));
+        log.link(time, [a, b], (placed.points[0], DVec3::ZERO), (impulse, couple));
     }
 
     /// Viscous damping \[N m s\], and the part of a relative angular velocity that it brakes.

@@ -2,14 +2,13 @@
 //!
 //! `m Δv = ∫ F dt`, `ΔL = r × ∫ F dt + ∫ T dt` over each step, the integrals exact, r the arm at its middle.
 
+use clangor_core::body::Link;
 use clangor_core::body::link::LoadCurve;
-use clangor_core::body::{BodyId, Link};
-use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
 use super::pair::Step;
 use super::state::BodyState;
-use super::step_log::{Impulse, StepLog};
+use super::step_log::StepLog;
 
 /// A load of the world.
 pub(super) struct Load {
@@ -26,6 +25,13 @@ impl Load {
         Some(Load { body: body.index(), at: *at, force: force.clone(), torque: torque.clone() })
     }
 
+    /// Whether it acts after a time \[s\].
+    pub(super) fn acts_after(&self, time: f64) -> bool {
+        [&self.force, &self.torque]
+            .iter()
+            .any(|curve| curve.points().last().is_some_and(|last| last.0 > time))
+    }
+
     /// Applies and logs the impulse of one step.
     pub(super) fn act(&self, bodies: &mut [BodyState], step: &Step, log: &mut StepLog) {
         let state = &mut bodies[self.body];
@@ -35,25 +41,11 @@ impl Load {
             return;
         }
         let arm = state.mid_orientation * self.at;
-        let row = ContactRow {
-            time: step.time + 0.5 * step.length,
-            body_a: BodyId(self.body as u32),
-            body_b: BodyId::WORLD,
-            kind: ContactKind::Constraint,
-            point: state.mid_position + arm,
-            normal: impulse.normalize_or_zero(),
-            impulse_n: impulse.length(),
-            impulse_t: DVec3::ZERO,
-            couple,
-            velocity: state.velocity,
-            depth: 0.0,
-            impact_id: 0,
-        };
+        let (point, velocity) = (state.mid_position + arm, state.velocity);
         state.kick(impulse, arm.cross(impulse) + couple);
         if log.skips_slower().is_none() {
-            log.begin(ContactKind::Constraint);
-            log.impulse(Impulse { row, arm_a: arm, arm_b: DVec3::ZERO });
-            log.end();
+            let ends = [(Some(self.body), arm), (None, DVec3::ZERO)];
+            log.link(step.time + 0.5 * step.length, ends, (point, velocity), (impulse, couple));
         }
     }
 }

@@ -23,6 +23,8 @@ use super::linkage::Linkages;
 use super::mover::Mover;
 use super::step_log::StepLog;
 
+/// Joints hold a point where its mobility is below this part of that without them: nothing moves it.
+pub(super) const HELD: f64 = 1e-9;
 /// A rope that is shorter than its length by less than this resists an impact \[m\].
 const TAUT: f64 = 1e-6;
 /// Between the middles of two steps, ends that pass each other at a speed v come nearer by v² Δt² / 8 L; a

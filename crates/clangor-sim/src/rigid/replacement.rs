@@ -76,7 +76,7 @@ impl RigidWorld {
                 return Err(cannot("is held by a spring"));
             }
             Some(_) if self.linkages.of(broken).is_some() => return Err(cannot("is held by a joint")),
-            Some(_) if self.loads.iter().any(|load| load.body == broken) => {
+            Some(_) if self.loads.iter().any(|load| load.body == broken && load.acts_after(self.time())) => {
                 return Err(cannot("is moved by a force"));
             }
             Some(_) => {}

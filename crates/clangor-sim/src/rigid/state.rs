@@ -28,7 +28,7 @@ pub(super) enum Drive {
     Fixed,
     Keyframed(Track),
     /// Free, but led along a track with at most this force \[N\] (`grip`).
-    Held(Track, f64),
+    Gripped(Track, f64),
     /// The body has broken; only its index remains.
     Gone,
 }
@@ -119,7 +119,7 @@ impl BodyState {
             Motion::Free => Drive::Free,
             Motion::Fixed => Drive::Fixed,
             Motion::Keyframed(track) => Drive::Keyframed(track.clone()),
-            Motion::Guided(Guide { track, press: Some(press), .. }) => Drive::Held(track.clone(), *press),
+            Motion::Guided(Guide { track, press: Some(press), .. }) => Drive::Gripped(track.clone(), *press),
             Motion::Guided(Guide { track, press: None, .. }) => Drive::Keyframed(track.clone()),
         };
         let let_go = if let Motion::Guided(guide) = &body.motion { guide.let_go } else { None };
@@ -144,7 +144,7 @@ impl BodyState {
         }
         let (pose, velocity, spin) = match &drive {
             Drive::Keyframed(track) => (track.sample(0.0).0, DVec3::ZERO, DVec3::ZERO),
-            Drive::Held(track, _) => track.sample(0.0),
+            Drive::Gripped(track, _) => track.sample(0.0),
             Drive::Free => (body.pose, body.velocity, body.angular_velocity),
             Drive::Fixed | Drive::Gone => (body.pose, DVec3::ZERO, DVec3::ZERO),
         };
@@ -156,9 +156,9 @@ impl BodyState {
         let deviation = body.inertia - DMat3::from_diagonal(DVec3::splat(trace / 3.0));
         let isotropic = deviation.to_cols_array().iter().all(|d| d.abs() <= ISOTROPY * trace);
         let to_body = orientation.inverse() * spin;
-        let led = free || matches!(drive, Drive::Held(..));
+        let has_momentum = free || matches!(drive, Drive::Gripped(..));
         Ok(BodyState {
-            momentum: if led { orientation * (body.inertia * to_body) } else { DVec3::ZERO },
+            momentum: if has_momentum { orientation * (body.inertia * to_body) } else { DVec3::ZERO },
             velocity,
             angular_velocity: spin,
             drive,
@@ -184,7 +184,7 @@ impl BodyState {
 
     /// Whether impulses move it.
     pub(super) fn is_free(&self) -> bool {
-        matches!(self.drive, Drive::Free | Drive::Held(..))
+        matches!(self.drive, Drive::Free | Drive::Gripped(..))
     }
 
     /// Whether impulses move it, now or once it is let go.
@@ -194,7 +194,7 @@ impl BodyState {
 
     /// The track along which it is led, and the largest force \[N\].
     pub(super) fn grip(&self) -> Option<(&Track, f64)> {
-        if let Drive::Held(track, press) = &self.drive { Some((track, *press)) } else { None }
+        if let Drive::Gripped(track, press) = &self.drive { Some((track, *press)) } else { None }
     }
 
     /// Lets the body go if its time has come by the start of a step; it keeps the velocity of its track.
@@ -218,7 +218,7 @@ impl BodyState {
     /// Whether its pose may ever change.
     pub(super) fn can_move(&self) -> bool {
         match &self.drive {
-            Drive::Free | Drive::Held(..) => true,
+            Drive::Free | Drive::Gripped(..) => true,
             Drive::Fixed | Drive::Gone => false,
             Drive::Keyframed(track) => !track.is_fixed() || self.let_go.is_some(),
         }
@@ -276,7 +276,7 @@ impl BodyState {
     /// Angular velocity at the start of the step \[rad/s\].
     pub(super) fn start_angular_velocity(&self) -> DVec3 {
         match &self.drive {
-            Drive::Free | Drive::Held(..) => {
+            Drive::Free | Drive::Gripped(..) => {
                 angular_velocity(self.orientation, self.momentum, &self.inverse_inertia)
             }
             _ => self.angular_velocity,
@@ -287,7 +287,7 @@ impl BodyState {
     pub(super) fn begin_step(&mut self, time: f64, step: f64) {
         self.last_hit = 0.0;
         match &self.drive {
-            Drive::Free | Drive::Held(..) if !self.asleep => {
+            Drive::Free | Drive::Gripped(..) if !self.asleep => {
                 self.mid_position = self.position + self.velocity * (0.5 * step);
                 self.mid_orientation = self.turned(self.orientation, 0.5 * step);
                 self.refresh_middle();
@@ -307,7 +307,7 @@ impl BodyState {
     /// Moves to the end of the step, at `end` \[s\]. The velocity is now that of the end.
     pub(super) fn end_step(&mut self, end: f64, step: f64) {
         match &self.drive {
-            Drive::Free | Drive::Held(..) if !self.asleep => {
+            Drive::Free | Drive::Gripped(..) if !self.asleep => {
                 self.position = self.mid_position + self.velocity * (0.5 * step);
                 self.orientation = self.turned(self.mid_orientation, 0.5 * step);
             }
@@ -332,7 +332,7 @@ impl BodyState {
         let from_middle = t - 0.5 * step;
         match &self.drive {
             _ if from_middle == 0.0 => (self.mid_position, self.mid_orientation),
-            Drive::Free | Drive::Held(..) if !self.asleep => (
+            Drive::Free | Drive::Gripped(..) if !self.asleep => (
                 self.mid_position + self.velocity * from_middle,
                 self.turned(self.mid_orientation, from_middle),
             ),
@@ -357,7 +357,7 @@ impl BodyState {
             inverse_inertia: DMat3::ZERO,
         };
         match &self.drive {
-            Drive::Free | Drive::Held(..) if !self.asleep => {
+            Drive::Free | Drive::Gripped(..) if !self.asleep => {
                 position += gravity * (0.5 * t * t);
                 let rotation = DMat3::from_quat(orientation);
                 instant.position = position;

@@ -172,6 +172,35 @@ impl StepLog {
         self.rows.push(impulse.row);
     }
 
+    /// Writes the impulse of a link on body A, and its opposite on B, each given with its arm \[m\]; no B is
+    /// the world. `velocity` is that of A relative to B at the point.
+    pub(super) fn link(
+        &mut self,
+        time: f64,
+        [(a, arm_a), (b, arm_b)]: [(Option<usize>, DVec3); 2],
+        (point, velocity): (DVec3, DVec3),
+        (impulse, couple): (DVec3, DVec3),
+    ) {
+        let id = |body: Option<usize>| body.map_or(BodyId::WORLD, |body| BodyId(body as u32));
+        let row = ContactRow {
+            time,
+            body_a: id(a),
+            body_b: id(b),
+            kind: ContactKind::Constraint,
+            point,
+            normal: impulse.normalize_or_zero(),
+            impulse_n: impulse.length(),
+            impulse_t: DVec3::ZERO,
+            couple,
+            velocity,
+            depth: 0.0,
+            impact_id: 0,
+        };
+        self.begin(ContactKind::Constraint);
+        self.impulse(Impulse { row, arm_a, arm_b });
+        self.end();
+    }
+
     /// Scales an impulse.
     pub(super) fn scale(&mut self, place: usize, factor: f64) {
         if let Some(impulse) = self.impulses.get_mut(place) {

@@ -375,7 +375,8 @@ impl RigidWorld {
                 a: self.names[key.a as usize].clone(),
                 b: self.names[key.b as usize].clone(),
                 depth,
-                time: self.time(),
+                // Without the rounding of the sum of steps.
+                time: (self.time() * 1e9).round() / 1e9,
             }),
             _ => Ok(()),
         }

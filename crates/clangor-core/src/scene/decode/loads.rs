@@ -13,6 +13,8 @@ pub(super) const KEYS: &[&str] = &["body", "point", "force", "torque", "start", 
 
 /// Time without end \[s\].
 const NEVER: f64 = 1e12;
+/// Largest component of a force \[N\] or a torque \[N m\].
+const STRONGEST: f64 = 1e9;
 
 pub(super) fn loads(
     d: &mut Decoder<'_>,
@@ -35,10 +37,20 @@ pub(super) fn loads(
         if let Some(node) = section.get("end")
             && span.1 <= span.0
         {
-            d.error(node.place(d), Problem::Conflict { key: "end", other: "a later `start`" });
+            d.error(
+                node.place(d),
+                Problem::Conflict { key: "end", other: "a `start` that is not before it" },
+            );
         }
-        let mut curve = |key, unit| section.get(key).map(|node| curve(d, &section, &node, (unit, span)));
-        let (force, torque) = (curve("force", "N"), curve("torque", "N m"));
+        let nodes = [section.get("force"), section.get("torque")];
+        let constant = nodes.iter().flatten().any(|node| !has_rows(d, node));
+        for key in ["start", "end"] {
+            if let Some(node) = section.get(key).filter(|_| !constant) {
+                d.error(node.place(d), Problem::Conflict { key, other: "rows alone, which have times" });
+            }
+        }
+        let [force, torque] = [("N", &nodes[0]), ("N m", &nodes[1])]
+            .map(|(unit, node)| node.as_ref().map(|node| curve(d, node, (unit, span))));
         let read = [&force, &torque].iter().all(|curve| !matches!(curve, Some(None)));
         if let (Some(body), true) = (body, read) {
             loads.push(LoadDescription {
@@ -56,29 +68,35 @@ pub(super) fn loads(
 /// Three numbers, constant from `start` to `end`, or rows of a time and three numbers.
 fn curve(
     d: &mut Decoder<'_>,
-    section: &Section<'_>,
     node: &Node<'_>,
     (unit, (start, end)): (&'static str, (f64, f64)),
 ) -> Option<LoadCurve> {
     let expected = format!("an array of 3 numbers in {unit}, or rows [time in s, and 3 numbers in {unit}]");
     let elements = node.elements(d, &expected)?;
+    let strength = Quantity::between(-STRONGEST, STRONGEST, unit);
     if !elements.first().is_some_and(Node::is_array) {
-        let value = node.vector(d, unit)?;
+        let value = DVec3::from_array(node.numbers::<3>(d, strength)?);
         return LoadCurve::try_new(vec![(start, value), (end, value)]);
     }
-    for key in ["start", "end"] {
-        if let Some(node) = section.get(key) {
-            d.error(node.place(d), Problem::Conflict { key, other: "rows, which have their own times" });
-        }
+    if elements.len() < 2 {
+        let expected = format!("two rows or more [time in s, and 3 numbers in {unit}]");
+        d.error(node.place(d), Problem::WrongLength { found: elements.len(), expected });
+        return None;
     }
     let mut points: Vec<(f64, DVec3)> = Vec::with_capacity(elements.len());
     for row in &elements {
-        let [time, x, y, z] = row.numbers::<4>(d, Quantity::coordinate(unit))?;
+        let [time, x, y, z] = row.numbers::<4>(d, strength)?;
         if let Some((previous, _)) = points.last().copied().filter(|(last, _)| *last >= time) {
-            d.error(row.place(d), Problem::UnorderedKeyframes { time, previous });
+            d.error(row.place(d), Problem::UnorderedTimes { time, previous });
             return None;
         }
         points.push((time, DVec3::new(x, y, z)));
     }
     LoadCurve::try_new(points)
+}
+
+/// Whether a force or a torque is written as rows.
+fn has_rows(d: &mut Decoder<'_>, node: &Node<'_>) -> bool {
+    node.is_array()
+        && node.elements(d, "an array").is_some_and(|rows| rows.first().is_some_and(Node::is_array))
 }

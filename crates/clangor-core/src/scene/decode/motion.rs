@@ -61,7 +61,7 @@ pub(super) fn track(
         if let (Some(keyframe), Some(last)) = (keyframe, keyframes.last())
             && keyframe.time <= last.time
         {
-            let problem = Problem::UnorderedKeyframes { time: keyframe.time, previous: last.time };
+            let problem = Problem::UnorderedTimes { time: keyframe.time, previous: last.time };
             d.error(node.place(d), problem);
         }
         whole &= keyframe.is_some();

@@ -62,7 +62,9 @@ impl Links<'_> {
 
     fn spring(&mut self, spring: &SpringDescription) {
         let Some(ends) = self.ends(&spring.body, spring.point, &spring.to) else { return };
-        if let Some(problem) = self.refuse_ends(&ends) {
+        // A spring between bodies that do not move has no effect.
+        if ends.to.body() == Some(ends.body) {
+            let problem = self.one_body(&ends);
             self.problems.error(spring.place.clone(), problem);
             return;
         }
@@ -79,8 +81,8 @@ impl Links<'_> {
 
     fn joint(&mut self, joint: &JointDescription) {
         let Some(ends) = self.ends(&joint.body, joint.point, &joint.to) else { return };
-        let name = &self.world.bodies[ends.body.index()];
-        let bad = |reason, remedy| Some(bad_link(name, reason, remedy));
+        let body = &self.world.bodies[ends.body.index()];
+        let bad = |reason, remedy| Some(bad_link(body, reason, remedy));
         let problem = self.refuse_ends(&ends).or_else(|| match joint.form {
             JointForm::Rod | JointForm::Rope { length: None } if ends.distance == 0.0 => {
                 bad("lies at both ends of a link without length", "move `to`, or use [[ball_joint]]")
@@ -94,7 +96,7 @@ impl Links<'_> {
             self.problems.error(joint.place.clone(), problem);
             return;
         }
-        let pose = name.pose;
+        let pose = body.pose;
         let Ends { body, at, to, distance } = ends;
         let kind = match joint.form {
             JointForm::Ball { damping } => JointKind::Ball { damping },
@@ -146,11 +148,15 @@ impl Links<'_> {
         Some(Ends { body, at, to, distance: far.distance(near) })
     }
 
+    fn one_body(&self, ends: &Ends) -> Problem {
+        bad_link(&self.world.bodies[ends.body.index()], "is at both ends of the link", "name two bodies")
+    }
+
     fn refuse_ends(&self, ends: &Ends) -> Option<Problem> {
         let body = &self.world.bodies[ends.body.index()];
         let other = ends.to.body();
         if other == Some(ends.body) {
-            return Some(bad_link(body, "is at both ends of the link", "name two bodies"));
+            return Some(self.one_body(ends));
         }
         let other_moves = other.is_some_and(|other| self.world.bodies[other.index()].motion.is_movable());
         if !body.motion.is_movable() && !other_moves {
@@ -169,7 +175,11 @@ fn refuse_hang(body: &Body, anchor: DVec3) -> Option<Problem> {
         ));
     }
     if body.motion != Motion::Free {
-        return Some(bad_link(body, "is not free to swing", "set motion = \"free\""));
+        let remedy = match body.motion {
+            Motion::Fixed => "set motion = \"free\"",
+            _ => "use [[rod]] or [[rope]], which hold bodies with keyframes too",
+        };
+        return Some(bad_link(body, "is not free to swing", remedy));
     }
     if (anchor - body.pose.position).length() == 0.0 {
         return Some(bad_link(body, "has its centre at the anchor", "move the anchor away from the centre"));

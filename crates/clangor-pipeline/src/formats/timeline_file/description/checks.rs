@@ -1,4 +1,4 @@
-//! Numbers of a description, refused with the place where they stand.
+//! What numbers of a description must be, with the place where they stand in every refusal.
 
 use std::path::Path;
 

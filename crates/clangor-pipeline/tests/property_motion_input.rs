@@ -392,12 +392,13 @@ fn write_parquet(path: &Path, columns: &[(&str, f64)], rows: usize) {
 fn property_tables_that_claim_too_much_are_refused_before_they_are_read() {
     let folder = folder(SCENE, &[]);
     let path = folder.path();
-    // Twenty-one million rows in 300 kB.
-    let columns = [("t", 0.0), ("body", 0.0), ("position_x", 0.0), ("position_y", 0.0), ("position_z", 0.0)];
+    // Twenty-one million contacts in 300 kB. (Poses are a stream.)
+    let columns = [("t", 0.0), ("body_a", 0.0), ("point_x", 0.0), ("point_y", 0.0), ("point_z", 0.0)];
     write_parquet(&path.join("long.parquet"), &columns, 21_000_000);
     let size = fs::metadata(path.join("long.parquet")).unwrap().len();
     assert!(size < 500_000, "{size} bytes");
-    let message = import(path, &["long.parquet"], &[], false).unwrap_err();
+    fs::write(path.join("a.csv"), falling(240.0, 1)).unwrap();
+    let message = import(path, &["a.csv"], &["long.parquet"], false).unwrap_err();
     assert!(message.contains("more than 20000000 rows"), "{message}");
     // A new key in each line.
     let line = |k: u32| format!("{{\"t\": {k}, \"body\": 0, \"position\": [0, 0, 0], \"key{k}\": 0}}\n");
@@ -411,7 +412,6 @@ fn property_tables_that_claim_too_much_are_refused_before_they_are_read() {
     // A row of a Parquet file is no line.
     let columns = [("t", 0.3), ("body_a", 9.0)];
     write_parquet(&path.join("list.parquet"), &columns, 1);
-    fs::write(path.join("a.csv"), falling(240.0, 1)).unwrap();
     let message = import(path, &["a.csv"], &["list.parquet"], false).unwrap_err();
     assert!(message.contains("row 0: body_a is 9"), "{message}");
 }

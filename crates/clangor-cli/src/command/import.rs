@@ -73,12 +73,12 @@ fn motion(
     });
     if let Some(found) = &imported.found {
         let impacts = found.confidence.len();
-        let doubtful = found.confidence.values().filter(|confidence| **confidence < DOUBTFUL).count();
+        let doubtful = found.confidence.iter().filter(|confidence| **confidence < DOUBTFUL).count();
         console.say(format_args!(
             "impacts found in the motion: {impacts}, of which {doubtful} explain less than half of the jump"
         ));
-        report["impacts"] = json!(found.confidence.iter().map(|(id, c)| json!([id, c])).collect::<Vec<_>>());
-        report["jumps_without_contact"] = json!(found.untouched.len());
+        report["impacts"] = json!((1_u64..).zip(&found.confidence).collect::<Vec<_>>());
+        report["jumps_without_contact"] = json!(found.untouched);
     }
     console.json(&report);
     Ok(())

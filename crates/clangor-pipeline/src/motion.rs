@@ -10,9 +10,11 @@
 //! | `impulse_fit` | impulses at given points that explain given jumps |
 //! | `impacts` | contact rows of a recording, by the modules above |
 //! | `parts` | impacts of a long recording, found in parts of time that overlap |
+//! | `flights` | the motion of bodies of which only the impulses are listed |
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
 pub mod contact_checks;
+pub(crate) mod flights;
 pub(crate) mod frame_checks;
 pub mod impacts;
 mod impulse_fit;

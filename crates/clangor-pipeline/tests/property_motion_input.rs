@@ -11,7 +11,7 @@ use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::gltf_motion::{GltfNode, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
-use clangor_pipeline::interchange::body_files::import_contacts;
+use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
@@ -327,7 +327,9 @@ fn property_the_impulse_of_a_light_body_is_not_excused_by_a_heavy_one() {
         let list = folder.path().join("list.csv");
         fs::write(&list, format!("{CONTACTS}{rows}")).unwrap();
         let out = folder.path().join("out.timeline");
-        import_contacts(&loaded, &list, &out, true).err().map(|error| error.to_string())
+        import_contacts(&loaded, &list, ListedMotion::Flights, &out, true)
+            .err()
+            .map(|error| error.to_string())
     };
     assert_eq!(refused(&(light(0.2) + heavy)), None);
     let message = refused(&(light(20.0) + heavy)).expect("a hundred times what is possible");

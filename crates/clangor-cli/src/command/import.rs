@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clangor_core::scene::diagnostic::Doubt;
-use clangor_pipeline::interchange::body_files::import_contacts;
+use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
 use clangor_pipeline::stages::load::load_scene;
 use serde_json::json;
@@ -19,14 +19,16 @@ const DOUBTFUL: f64 = 0.5;
 
 pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Result<(), Failure> {
     match &options.format {
-        ImportFormat::Contacts { scene, list, output, force } => {
+        ImportFormat::Contacts { scene, list, output, at_rest, force } => {
             check_ending(output, "timeline")?;
             let loaded = load(scene, global, &|_| (), console)?;
-            let imported = import_contacts(&loaded, list, output, *force)?;
+            let motion = if *at_rest { ListedMotion::AtRest } else { ListedMotion::Flights };
+            let imported = import_contacts(&loaded, list, motion, output, *force)?;
             imported.notices.iter().for_each(|notice| console.note(notice));
             let contacts = imported.rows.contacts;
-            console.say(format_args!("{}: {contacts} contact rows", output.display()));
-            console.json(&json!({ "timeline": output, "contact_rows": contacts }));
+            let poses = imported.rows.poses;
+            console.say(format_args!("{}: {contacts} contact rows, {poses} poses", output.display()));
+            console.json(&json!({ "timeline": output, "contact_rows": contacts, "pose_rows": poses }));
             Ok(())
         }
         ImportFormat::Gltf { scene, files, poses, common } => {

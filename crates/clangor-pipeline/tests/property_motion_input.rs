@@ -446,13 +446,16 @@ fn property_a_kinematic_node_yields_to_no_impact() {
     write_gltf(folder.path(), &node, &[rising(240.0, "LINEAR")]);
     let path = folder.path().join("a.gltf");
     let text = fs::read_to_string(&path).unwrap().replace("\"mesh\":0,", "").replace(",\"mesh\":0", "");
-    fs::write(&path, text).unwrap();
+    let mut document: Value = serde_json::from_str(&text).unwrap();
+    document["extensions"] =
+        json!({ "KHR_implicit_shapes": { "shapes": [{ "type": "sphere", "sphere": { "radius": 0.1 } }] } });
+    fs::write(&path, document.to_string()).unwrap();
     let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
     let files =
         MotionFiles { gltf: vec![path], poses: vec![folder.path().join("a.csv")], ..MotionFiles::default() };
     let notices = import_motion(&loaded, &files, &folder.path().join("out.timeline"), true).unwrap().notices;
     assert!(
-        notices.iter().any(|notice| notice.contains("node wall: it has an implicit collider")),
+        notices.iter().any(|notice| notice.contains("node wall: it has an implicit shape and no material")),
         "{notices:?}"
     );
 }

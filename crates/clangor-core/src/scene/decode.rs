@@ -129,6 +129,7 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
         hangs,
         springs,
         listeners,
+        materials: materials.into_custom(),
         simulation,
         render,
         warnings: Vec::new(),

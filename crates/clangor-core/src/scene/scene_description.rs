@@ -10,6 +10,7 @@ use super::render_description::RenderDescription;
 use super::simulation_description::SimulationDescription;
 use crate::acoustics::Acoustics;
 use crate::body::BodyId;
+use crate::material::Material;
 use crate::sound_model::rule::SoundRule;
 
 /// Version of the format.
@@ -57,6 +58,8 @@ pub struct Scene {
     pub springs: Vec<SpringDescription>,
     /// Listeners.
     pub listeners: Vec<ListenerDescription>,
+    /// Materials that the scene defines itself, whether a body uses them or not.
+    pub materials: Vec<Material>,
     /// Settings of the dynamics.
     pub simulation: SimulationDescription,
     /// Settings of the rendering.
@@ -75,6 +78,7 @@ impl Default for Scene {
             hangs: Vec::new(),
             springs: Vec::new(),
             listeners: Vec::new(),
+            materials: Vec::new(),
             simulation: SimulationDescription::default(),
             render: RenderDescription::default(),
             warnings: Vec::new(),

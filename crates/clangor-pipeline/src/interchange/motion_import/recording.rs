@@ -42,7 +42,7 @@ pub(super) fn read_recording(
     for (path, is_gltf) in sources {
         let (bodies, kinematic) = if is_gltf {
             let nodes = read_gltf_motion(path)?;
-            let added = add_nodes(world, nodes, remarks);
+            let added = add_nodes(world, &loaded.scene.materials, nodes, remarks);
             added.map_err(|fault| MotionImportError::Node { path: path.clone(), fault })?
         } else {
             (read_poses(loaded, world, path, files.z_up)?, Vec::new())

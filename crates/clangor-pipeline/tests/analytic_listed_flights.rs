@@ -204,3 +204,27 @@ fn regression_a_list_without_impulses_is_refused_with_its_line() {
     let message = import(SCENE, &|path| fs::write(path, &text).unwrap(), "list.csv").unwrap_err();
     assert!(message.contains("line 2: impulse_n is missing"), "{message}");
 }
+
+#[test]
+fn regression_impossible_rows_of_a_list_alone_are_refused_with_row_and_body() {
+    let [time, speed] = first_fall();
+    let head =
+        COLUMNS.join(",").replace("t,body_a", "t,body_a,body_b") + ",velocity_x,velocity_y,velocity_z\n";
+    let row = |second: &str, y: f64, impulse: f64, velocity: f64| {
+        format!("{time},ball,{second},0,{y},0,0,1,0,{impulse},0,0,0,0,{velocity},0\n")
+    };
+    let usual = 1.6 * mass() * speed;
+    let cases = [
+        (row("ball", 0.0, usual, -speed), "row 2: ball touches itself"),
+        (row("floor", 0.0, usual, speed), "row 2: ball recedes from what it hits"),
+        (row("floor", 0.0, 1000.0 * usual, -speed), "row 2: impulse_n on ball is"),
+        (row("floor", 3.7, usual, -speed), "row 2: the point is 3.7 m off the surface of floor"),
+        (row("nobody", 0.0, usual, -speed), "line 2: body_b is nobody"),
+        (row("floor", 0.0, f64::NAN, -speed), "line 2: impulse_n is NaN"),
+    ];
+    for (row, wanted) in cases {
+        let text = head.clone() + &row;
+        let message = import(SCENE, &|path| fs::write(path, &text).unwrap(), "list.csv").unwrap_err();
+        assert!(message.contains(wanted), "{wanted}: {message}");
+    }
+}

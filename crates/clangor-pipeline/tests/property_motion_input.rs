@@ -283,6 +283,15 @@ fn property_a_described_node_with_an_open_mesh_is_refused() {
 }
 
 #[test]
+fn regression_a_mesh_without_volume_is_refused_with_its_node() {
+    let folder = folder(SCENE, &[]);
+    write_gltf(folder.path(), &json!({ "scale": [1.0, 0.0, 1.0] }), &[rising(24.0, "LINEAR")]);
+    let message = import(folder.path(), &["a.gltf"], &[], false).unwrap_err();
+    assert!(message.contains("node stone"), "{message}");
+    assert!(!folder.path().join("out.timeline").exists());
+}
+
+#[test]
 fn property_contacts_of_another_clock_are_refused() {
     let poses = falling(240.0, 1);
     // The ball is at 0.45 m then, and the point below it.

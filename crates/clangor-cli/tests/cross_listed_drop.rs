@@ -21,7 +21,8 @@ const SAME_PLACE: f64 = 0.02;
 
 fn scene(body: &str) -> String {
     format!(
-        "version = 1\n[simulation]\nduration = 1.0\n[render]\nsample_rate = 48000\n[[body]]\nname = \"dropped\"\n\
+        "version = 1\n[simulation]\nduration = 1.0\n[render]\nsample_rate = 48000\n[[body]]\nname = \
+        \"dropped\"\n\
          {body}\nmaterial = \"steel\"\n[[plane]]\nname = \"floor\"\nmaterial = \"granite\"\n[[listener]]\n\
          name = \"ear\"\nposition = [0.3, 0.4, 0.4]\n"
     )
@@ -84,9 +85,13 @@ fn cross_a_list_of_contacts_sounds_as_the_drop_that_made_it() {
     fs::copy(path.join("own.timeline/contacts.parquet"), path.join("list.parquet")).unwrap();
     let expected = samples(&path.join("own.wav")).0;
     for list in ["list.csv", "list.parquet"] {
-        let told = run(path, &["import", "contacts", "scene.toml", list, "-o", "listed.timeline", "--force"]);
-        let told = String::from_utf8_lossy(&told.stderr).into_owned();
-        assert!(!told.contains("stays where") && !told.contains("miss the listed"), "{list}: {told}");
+        let output =
+            run(path, &["import", "contacts", "scene.toml", list, "-o", "listed.timeline", "--force"]);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            !message.contains("stays where") && !message.contains("miss the listed"),
+            "{list}: {message}"
+        );
         clangor(path, &["render", "listed.timeline", "-o", "listed.wav"]);
         let [level, apart] = levels(&samples(&path.join("listed.wav")).0, &expected);
         let distance = farthest(&timeline(&path.join("listed.timeline")), &own);
@@ -113,9 +118,9 @@ fn cross_a_die_tumbles_by_its_list() {
     clangor(path, &["simulate", "scene.toml", "-o", "own.timeline"]);
     let own = timeline(&path.join("own.timeline"));
     fs::write(path.join("list.csv"), csv(&own.contacts)).unwrap();
-    let told = run(path, &["import", "contacts", "scene.toml", "list.csv", "-o", "listed.timeline"]);
+    let output = run(path, &["import", "contacts", "scene.toml", "list.csv", "-o", "listed.timeline"]);
     let listed = timeline(&path.join("listed.timeline"));
     let distance = farthest(&listed, &own);
-    println!("poses within {:.2} mm; {}", distance * 1e3, String::from_utf8_lossy(&told.stderr));
+    println!("poses within {:.2} mm; {}", distance * 1e3, String::from_utf8_lossy(&output.stderr));
     assert!(!listed.poses.is_empty() && distance < 0.5 * 0.015, "{distance} m");
 }

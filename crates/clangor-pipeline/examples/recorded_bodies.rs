@@ -1,4 +1,5 @@
-//! Writes a scene of 100 bodies and their recorded motion as Parquet, to measure the import of long recordings.
+//! Writes a scene of 100 bodies and their recorded motion as Parquet, to measure the import of long
+//! recordings.
 //!
 //! Half of the bodies are balls, half are dice. Each stands on a floor, is thrown upwards every 20 to 40 s,
 //! bounces with a restitution of 0.6, turning about the vertical, and rests. The flights are exact parabolas;

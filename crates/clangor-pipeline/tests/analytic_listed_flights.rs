@@ -1,5 +1,5 @@
-//! Free bodies fly between listed impacts: parabolas, spins by friction, and every codec alike; lists that lead
-//! elsewhere are told.
+//! Free bodies fly between listed impacts: parabolas, spins by friction, and every codec alike; lists that
+//! lead elsewhere are told.
 
 use std::fs;
 use std::path::Path;
@@ -187,9 +187,10 @@ fn property_a_list_that_flights_do_not_meet_is_told() {
     early[0][0] = 0.05;
     let (timeline, notices) = import_csv(SCENE, &early);
     assert!(timeline.poses.is_empty());
-    let told = "ball stays where the scene starts it: its flight under gravity and the listed impulses passes \
+    let wanted = "ball stays where the scene starts it: its flight under gravity and the listed \
+    impulses passes \
                 the contact of row 2 at 0.48";
-    assert!(notices.iter().any(|n| n.contains(told)), "{notices:?}");
+    assert!(notices.iter().any(|n| n.contains(wanted)), "{notices:?}");
     // Something holds it.
     let held =
         SCENE.replace("[[listener]]", "[[hang]]\nbody = \"ball\"\nanchor = [0.0, 1.0, 0.0]\n[[listener]]");

@@ -1,5 +1,5 @@
-//! Nodes with an implicit shape become bodies of that shape, with mass, inertia, restitution and friction of the
-//! file; what is no body is refused by node.
+//! Nodes with an implicit shape become bodies of that shape, with mass, inertia, restitution and friction
+//! of the file; what is no body is refused by node.
 
 mod recorded_motion;
 
@@ -114,7 +114,8 @@ fn property_a_node_with_an_implicit_shape_is_a_body_of_that_shape() {
 fn property_mass_and_inertia_are_those_of_the_file() {
     let sphere = json!({ "type": "sphere", "sphere": { "radius": 0.02 } });
     let motion = json!({ "mass": 2.0, "inertiaDiagonal": [1e-3, 2e-3, 2.5e-3],
-        "inertiaOrientation": [0.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt()], "centerOfMass": [0.0, 0.001, 0.0] });
+        "inertiaOrientation": [0.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt()],
+        "centerOfMass": [0.0, 0.001, 0.0] });
     let mut jointed = node(&motion, 0);
     jointed["extensions"]["KHR_physics_rigid_bodies"]["joint"] = json!({ "connectedNode": 1, "joint": 0 });
     let (bodies, notices, _) = run(&sphere, &jointed, 0.02).unwrap();

@@ -115,13 +115,13 @@ fn property_a_table_by_body_gives_the_same_as_one_by_time() {
     let out = folder.path().join("out.timeline");
     let run = |name: &str, length: f64| in_parts(&loaded, folder.path().join(name), length, &out);
     // The notices name rows of the file.
-    let told = |(summary, timeline): (MotionSummary, Timeline)| (summary.found, summary.rows, timeline);
-    let in_memory = told(run("body.csv", 1e6));
+    let compared = |(summary, timeline): (MotionSummary, Timeline)| (summary.found, summary.rows, timeline);
+    let in_memory = compared(run("body.csv", 1e6));
     let throws = in_memory.0.as_ref().unwrap().confidence.len();
     assert!(throws >= 4, "{throws}");
     for name in ["time.csv", "blocks.csv"] {
         for length in [1e6, 0.1, 3.0] {
-            assert!(told(run(name, length)) == in_memory, "{name} in parts of {length} s");
+            assert!(compared(run(name, length)) == in_memory, "{name} in parts of {length} s");
         }
     }
 }

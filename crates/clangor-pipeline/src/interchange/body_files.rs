@@ -70,7 +70,8 @@ impl InterchangeError {
 /// How the bodies of a contact list move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ListedMotion {
-    /// Free bodies that are listed fly from where the scene starts them, under gravity and the listed impulses.
+    /// Free bodies that are listed fly from where the scene starts them, under gravity and the listed
+    /// impulses.
     Flights,
     /// All stay where the scene starts them.
     AtRest,

@@ -48,7 +48,8 @@ pub enum GltfBodyFault {
     /// No material.
     #[error(
         "node {node}: its material is {found}, which is neither one of the scene nor a preset; name it after \
-         one (docs/format/materials.md), give the node a property \"material\" with such a name, or describe the \
+         one (docs/format/materials.md), give the node a property \"material\" with such a name, or \
+         describe the \
          body in the scene"
     )]
     Material {
@@ -60,8 +61,8 @@ pub enum GltfBodyFault {
 }
 
 /// Adds the nodes to a world: fixed bodies where nothing moves them, and frames of those that are moved. The
-/// second value has those of them that are moved from outside. `materials` are those of the scene; `notices` takes
-/// what should be known.
+/// second value has those of them that are moved from outside. `materials` are those of the scene;
+/// `notices` takes what should be known.
 ///
 /// # Errors
 /// [`GltfBodyFault`] names the node.
@@ -229,7 +230,8 @@ fn solid_of(solids: &mut Solids, node: &GltfNode) -> Result<Option<LoadedGeometr
     }
 }
 
-/// Centre of mass in the frame of a node that the scene describes: of its solid, or its origin if it has none.
+/// Centre of mass in the frame of a node that the scene describes: of its solid, or its origin if it has
+/// none.
 fn centre_of_mass(solids: &mut Solids, node: &GltfNode) -> Result<DVec3, GltfBodyFault> {
     Ok(solid_of(solids, node)?.map_or(DVec3::ZERO, |solid| solid.mass.centre_of_mass))
 }

@@ -14,8 +14,8 @@ use crate::stages::load::LoadedScene;
 
 /// Poses in a second where the scene writes none.
 const DEFAULT_RATE: f64 = 1000.0;
-/// Difference of approaches that is told, as a share of the listed one; simulators with steps of a millisecond
-/// are within 1 % at 1 m/s.
+/// Difference of approaches that is told, as a share of the listed one; simulators with steps of a
+/// millisecond are within 1 % at 1 m/s.
 const APPROACH_TOLERANCE: f64 = 0.05;
 
 /// The flights of a list.
@@ -83,19 +83,23 @@ impl ListedFlights {
             match flown {
                 Flown::Unlisted => {}
                 Flown::Held => notices.push(format!(
-                    "{name} stays where the scene starts it: a link or a support holds it, of which a list of \
+                    "{name} stays where the scene starts it: a link or a support holds it, of which \
+                    a list of \
                      contacts tells nothing"
                 )),
                 Flown::Strays => notices.push(format!(
-                    "{name} stays where the scene starts it: its flight under gravity and the listed impulses \
-                     passes the contact of row {} at {distance:.4} m; start it where its first flight begins, \
+                    "{name} stays where the scene starts it: its flight under gravity and the \
+                    listed impulses \
+                     passes the contact of row {} at {distance:.4} m; start it where its first \
+                     flight begins, \
                      list all of its contacts, or import poses",
                     line(farthest)
                 )),
                 Flown::Flies => {
                     if distance > surface_tolerance(body.surface.bounding_radius()) {
                         notices.push(format!(
-                            "the flights of {name} miss the listed points by up to {distance:.4} m (row {}); it \
+                            "the flights of {name} miss the listed points by up to {distance:.4} m \
+                            (row {}); it \
                              is put onto them",
                             line(farthest)
                         ));
@@ -104,7 +108,8 @@ impl ListedFlights {
                     let listed = self.approaches.get(place).copied().unwrap_or(0.0);
                     if speed > APPROACH_TOLERANCE * listed {
                         notices.push(format!(
-                            "{name} approaches by its flights with up to {speed:.3} m/s more or less than listed \
+                            "{name} approaches by its flights with up to {speed:.3} m/s more or \
+                            less than listed \
                              (row {}, {listed:.3} m/s); the list is taken",
                             line(place)
                         ));

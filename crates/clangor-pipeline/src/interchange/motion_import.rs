@@ -2,9 +2,9 @@
 //! found in the motion.
 //!
 //! A single table of poses in order of time is read as a stream, twice: once to check all of it, and once for
-//! its impacts and poses, in parts of time that overlap. Memory then depends on the number of bodies and on the
-//! rate, not on the length. Several tables, glTF files, contact lists and tables that are not in order are
-//! kept in memory.
+//! its impacts and poses, in parts of time that overlap. Memory then depends on the number of bodies and
+//! on the rate, not on the length. Several tables, glTF files, contact lists and tables that are not in
+//! order are kept in memory.
 
 mod error;
 mod listed;
@@ -43,8 +43,8 @@ pub struct MotionFiles {
     pub contacts: Vec<PathBuf>,
     /// Whether the tables of poses and the contact lists have z up.
     pub z_up: bool,
-    /// Length of the parts in which a table is searched that is read as a stream \[s\]; by default that of half
-    /// a million poses. The result does not depend on it.
+    /// Length of the parts in which a table is searched that is read as a stream \[s\]; by default that of
+    /// half a million poses. The result does not depend on it.
     pub part_length: Option<f64>,
 }
 
@@ -84,7 +84,8 @@ impl FoundImpacts {
     fn remark(&self, world: &World) -> Option<String> {
         let (body, time) = self.first_untouched?;
         Some(format!(
-            "{} jumps of the motion touch nothing and are silent, the first of {} at t = {time:.4} s: a hand, \
+            "{} jumps of the motion touch nothing and are silent, the first of {} at t = {time:.4} \
+            s: a hand, \
              or a body that is not in the files",
             self.untouched,
             name_of(world, body)

@@ -6,9 +6,9 @@
 //! ```
 //!
 //! A list is more exact than what follows from it over many flights. At an impact a body is therefore shifted
-//! until the listed point lies on its surface, and if nothing else touches it then, the approach is that of the
-//! list. Both corrections are told at their largest. A body whose flight meets a plane or a body that does not
-//! move, with no row to turn it back, rests there until its next row.
+//! until the listed point lies on its surface, and if nothing else touches it then, the approach is that
+//! of the list. Both corrections are told at their largest. A body whose flight meets a plane or a body
+//! that does not move, with no row to turn it back, rests there until its next row.
 //!
 //! This is no simulation: free bodies pass through each other where the list has no contact, and a body that
 //! rests on another free body falls unless the list has the forces that hold it. Links and supports are not
@@ -36,7 +36,8 @@ const BEFORE_ROW: f64 = 0.005;
 /// How far the flights of a body and its list differ.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Disagreement {
-    /// Largest distance of a listed impact from the surface of the flying body \[m\], and its place in the list.
+    /// Largest distance of a listed impact from the surface of the flying body \[m\], and its place in the
+    /// list.
     pub(crate) distance: (f64, usize),
     /// Largest difference of a listed approach from that of the flight [m/s], and its place in the list.
     pub(crate) approach: (f64, usize),

@@ -17,7 +17,8 @@ const JUMP_RATIO: f64 = 10.0;
 const JUMP_SPEED: f64 = 5.0;
 /// Ratio of the longest to the shortest distance of frames from which a notice is given.
 const UNEVEN: f64 = 1.5;
-/// Angle within a frame from which a notice is given \[rad\]: well below π, where the sense of rotation is lost.
+/// Angle within a frame from which a notice is given \[rad\]: well below π, where the sense of rotation is
+/// lost.
 const FAST_TURN: f64 = 2.0;
 /// cos(`FAST_TURN` / 2), which is the product of two unit quaternions at that angle.
 const FAST_TURN_COSINE: f64 = 0.540_302_305_868_139_8;
@@ -191,8 +192,8 @@ pub(crate) fn check_frames(
     Ok(checks)
 }
 
-/// What should be known about checked bodies, of which the first `from_gltf` come from glTF files; `name` gives
-/// their names.
+/// What should be known about checked bodies, of which the first `from_gltf` come from glTF files; `name`
+/// gives their names.
 pub(crate) fn notices(
     bodies: &[(BodyId, FrameChecks)],
     from_gltf: usize,

@@ -7,10 +7,10 @@
 //! ```
 //!
 //! The search is local in time: its thresholds look at five frames on both sides, and an impact takes jumps
-//! within two frames. What two parts find in their overlap is therefore the same, but for their ends. They are
-//! joined at the middle of the overlap if they agree in its inner half, otherwise where they agree nearest
-//! to it. Impacts are then those of a search in the whole recording, which tests compare row by row; the
-//! search itself does not prove it, and says at how many joints the parts agreed nowhere.
+//! within two frames. What two parts find in their overlap is therefore the same, but for their ends. They
+//! are joined at the middle of the overlap if they agree in its inner half, otherwise where they agree
+//! nearest to it. Impacts are then those of a search in the whole recording, which tests compare row by
+//! row; the search itself does not prove it, and says at how many joints the parts agreed nowhere.
 
 use std::collections::BTreeMap;
 

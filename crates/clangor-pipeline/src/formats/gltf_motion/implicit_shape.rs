@@ -6,7 +6,8 @@
 //!            sin φ = (r_bottom − r_top) / height, the distance of the centres
 //! ```
 //!
-//! Spheres, boxes and cylinders become shapes of the library, cones and capsules meshes of revolution about y.
+//! Spheres, boxes and cylinders become shapes of the library, cones and capsules meshes of revolution
+//! about y.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::shape::Form;
@@ -243,7 +244,8 @@ mod tests {
             // Seen: 8.2e-4 and 7.1e-4, of the sectors.
             assert!((mass.volume / expected - 1.0).abs() < 1e-3, "{shape:?}: {}", mass.volume / expected);
         }
-        // Of unequal ends, no vertex lies outside of both balls and their tangent cone: the widest is the ball.
+        // Of unequal ends, no vertex lies outside of both balls and their tangent cone: the widest is the
+        // ball.
         let drop = ImplicitShape::Capsule { height: 0.04, radii: [0.02, 0.005] }.mesh().unwrap();
         assert!(MassProperties::of(&drop).is_ok());
         let widest = drop.vertices.iter().map(|v| v.x.hypot(v.z)).fold(0.0, f64::max);

@@ -1,5 +1,5 @@
-//! `KHR_physics_rigid_bodies` (draft of Khronos, <https://github.com/eoineoineoin/glTF_Physics>): masses, what
-//! moves a node, and how it meets others.
+//! `KHR_physics_rigid_bodies` (draft of Khronos, <https://github.com/eoineoineoin/glTF_Physics>): masses,
+//! what moves a node, and how it meets others.
 //!
 //! Read are `motion` (mass, inertia, `isKinematic`), the shape of `collider`, and restitution and dynamic
 //! friction of its physics material. A mass of 0 means infinity, as the draft says. How the values of two

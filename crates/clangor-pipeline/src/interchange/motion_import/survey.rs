@@ -14,8 +14,8 @@ use crate::motion::parts::Part;
 use crate::motion::recording::Frame;
 use crate::stages::load::LoadedScene;
 
-/// Frames of a body that are kept around a part: the search of impacts looks at five on both sides of a frame,
-/// and at a body's way in the four intervals around it.
+/// Frames of a body that are kept around a part: the search of impacts looks at five on both sides of a
+/// frame, and at a body's way in the four intervals around it.
 pub(super) const KEPT: usize = 8;
 /// Most rows of a stream, which needs no memory for them: an hour of 1000 bodies at 1000 Hz.
 pub(super) const MOST_STREAMED: u64 = 4_000_000_000;

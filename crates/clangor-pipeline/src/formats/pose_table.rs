@@ -136,6 +136,21 @@ pub enum PoseTableError {
         /// Longest distance of its frames \[s\].
         gap: f64,
     },
+    /// A long table with far more poses in some moments than in others.
+    #[error(
+        "{path}, row {row}: there are more than {MAX_ROWS} poses from t = {from} s to t = {to} s, too many to \
+         be kept; divide the table there, or leave out frames"
+    )]
+    Dense {
+        /// The file.
+        path: PathBuf,
+        /// The row that is too much.
+        row: u64,
+        /// First time of those poses \[s\].
+        from: f64,
+        /// Time of the row \[s\].
+        to: f64,
+    },
     /// No row.
     #[error("{path} has no poses")]
     Empty {

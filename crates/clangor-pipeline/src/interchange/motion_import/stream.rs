@@ -9,7 +9,8 @@ use super::pose_rows::pose_rows;
 use super::recording::{FramesOfTable, start};
 use super::survey::{KEPT, MOST_STREAMED, StreamPlan, Survey};
 use super::{FoundImpacts, MotionImportError, MotionSummary, name_of, unrecorded};
-use crate::formats::pose_table::{PoseSink, PositionOf, insert, scan_poses};
+use crate::formats::pose_table::{PoseSink, PoseTableError, PositionOf, insert, scan_poses};
+use crate::formats::record_table::MAX_ROWS;
 use crate::formats::timeline_file::TimelineWriter;
 use crate::interchange::imported_header::imported_header;
 use crate::motion::frame_checks::notices;
@@ -59,6 +60,7 @@ pub(super) fn import_stream(
         lookahead: plan.lookahead,
         written_to: 0.0,
         joints: 0,
+        kept: 0,
         search: PartSearch::default(),
         found: FoundImpacts::default(),
         writer: TimelineWriter::create(output, &header, replace)?,
@@ -97,6 +99,8 @@ struct PoseStream<'a> {
     /// Poses before this time are written \[s\].
     written_to: f64,
     joints: u64,
+    /// Frames that are kept.
+    kept: u64,
     search: PartSearch,
     found: FoundImpacts,
     writer: TimelineWriter,
@@ -126,6 +130,12 @@ impl PoseSink for PoseStream<'_> {
             let orientation = frame.pose.orientation;
             frame.pose.orientation = orientation / orientation.length();
             insert(&mut self.recorded[place].frames, frame);
+            self.kept += 1;
+            if self.kept > MAX_ROWS {
+                let from = self.part.from - self.part.overlap;
+                let (path, row) = (self.path.into(), frame.row);
+                return Err(PoseTableError::Dense { path, row, from: from.max(0.0), to: frame.time }.into());
+            }
         }
         Ok(())
     }
@@ -145,9 +155,11 @@ impl PoseStream<'_> {
             self.writer.pose(&row).map_err(failed)?;
         }
         self.written_to = part.final_to();
+        self.kept = 0;
         for RecordedBody { frames, .. } in &mut self.recorded {
             let needed = frames.partition_point(|frame| frame.time < part.to - part.overlap);
             frames.drain(..needed.saturating_sub(KEPT));
+            self.kept += frames.len() as u64;
         }
         Ok(())
     }

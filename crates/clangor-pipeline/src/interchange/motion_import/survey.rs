@@ -21,6 +21,8 @@ pub(super) const KEPT: usize = 8;
 pub(super) const MOST_STREAMED: u64 = 4_000_000_000;
 /// Poses of a part: a part takes 215 bytes for each.
 const PART_POSES: f64 = 500_000.0;
+/// Shortest recording of which a rate is computed \[s\].
+const SHORTEST: f64 = 1e-3;
 /// Overlap of parts in mean frames: impacts are compared in its inner half, with 16 frames on both sides in
 /// which the search forgets where it began.
 const OVERLAP_FRAMES: f64 = 64.0;
@@ -74,7 +76,7 @@ impl Survey {
             return Ok(None);
         }
         // A table of one instant is a single part.
-        let rate = self.rows as f64 / self.latest.max(f64::MIN_POSITIVE);
+        let rate = self.rows as f64 / self.latest.max(SHORTEST);
         let frame = self.bodies.len() as f64 / rate;
         let gap = self.bodies.iter().map(|body| body.checks.longest()).fold(0.0, f64::max);
         let (times, longest) = OVERLAP_LONGEST;

@@ -138,7 +138,7 @@ pub enum PoseTableError {
     },
     /// A long table with far more poses in some moments than in others.
     #[error(
-        "{path}, row {row}: there are more than {MAX_ROWS} poses from t = {from} s to t = {to} s, too many to \
+        "{path}, row {row}: there are more than {MAX_ROWS} poses from t = {from} to {to} s, too many to \
          be kept; divide the table there, or leave out frames"
     )]
     Dense {

@@ -213,7 +213,7 @@ fn one_impact_sounds_the_same_everywhere() {
         "normal": (-normal).to_array(), "impulse_n": exchanged, "speed": SPEED,
     });
     fs::write(folder.path().join("one.jsonl"), format!("{row}\n")).unwrap();
-    clangor(&["import", "contacts", "one.toml", "one.jsonl", "-o", "one.timeline"]);
+    clangor(&["import", "contacts", "one.toml", "one.jsonl", "--at-rest", "-o", "one.timeline"]);
     let model = ["render", "one.timeline", "--model", "plate=plate.safetensors", "--to", "0.3"];
     clangor(&[&model[..], &["--bits", "32f", "-o", "render.wav"]].concat());
     let rendered = from_impact(&wav("render.wav"), IMPACT);

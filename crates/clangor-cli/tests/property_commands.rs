@@ -73,7 +73,7 @@ fn a_contact_list_clicks_when_and_as_loud_as_it_says() {
     fs::write(path.join("list.jsonl"), jsonl).unwrap();
     for format in ["csv", "jsonl"] {
         let (list, timeline) = (format!("list.{format}"), format!("{format}.timeline"));
-        clangor(path, &["import", "contacts", "scene.toml", &list, "-o", &timeline]);
+        clangor(path, &["import", "contacts", "scene.toml", &list, "--at-rest", "-o", &timeline]);
         clangor(path, &["render", &timeline, "--sample-rate", "192000"]);
     }
     let sound = samples(&path.join("csv.wav"));

@@ -4,4 +4,5 @@ pub mod audio_rigid_bodies;
 pub mod body_files;
 mod gltf_bodies;
 mod imported_header;
+mod listed_flights;
 pub mod motion_import;

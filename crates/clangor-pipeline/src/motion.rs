@@ -2,18 +2,24 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | `recording` | frames of bodies, and what is wrong with them |
+//! | `recording` | frames of bodies, and what can be wrong with them |
+//! | `frame_checks` | finds that, frame by frame |
 //! | `kinematics` | velocities between frames, their jumps beyond gravity, and free flight continued past a frame |
 //! | `jump_windows` | which jumps belong to one impact, and its instant between two frames |
 //! | `touching` | where two surfaces touch, with normal and gap |
 //! | `impulse_fit` | impulses at given points that explain given jumps |
 //! | `impacts` | contact rows of a recording, by the modules above |
+//! | `parts` | impacts of a long recording, found in parts of time that overlap |
+//! | `flights` | the motion of bodies of which only the impulses are listed |
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
 pub mod contact_checks;
+pub(crate) mod flights;
+pub(crate) mod frame_checks;
 pub mod impacts;
 mod impulse_fit;
 mod jump_windows;
 mod kinematics;
+pub(crate) mod parts;
 pub mod recording;
 mod touching;

@@ -11,7 +11,7 @@ use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::gltf_motion::{GltfNode, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
-use clangor_pipeline::interchange::body_files::import_contacts;
+use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
@@ -283,6 +283,15 @@ fn property_a_described_node_with_an_open_mesh_is_refused() {
 }
 
 #[test]
+fn regression_a_mesh_without_volume_is_refused_with_its_node() {
+    let folder = folder(SCENE, &[]);
+    write_gltf(folder.path(), &json!({ "scale": [1.0, 0.0, 1.0] }), &[rising(24.0, "LINEAR")]);
+    let message = import(folder.path(), &["a.gltf"], &[], false).unwrap_err();
+    assert!(message.contains("node stone"), "{message}");
+    assert!(!folder.path().join("out.timeline").exists());
+}
+
+#[test]
 fn property_contacts_of_another_clock_are_refused() {
     let poses = falling(240.0, 1);
     // The ball is at 0.45 m then, and the point below it.
@@ -327,7 +336,9 @@ fn property_the_impulse_of_a_light_body_is_not_excused_by_a_heavy_one() {
         let list = folder.path().join("list.csv");
         fs::write(&list, format!("{CONTACTS}{rows}")).unwrap();
         let out = folder.path().join("out.timeline");
-        import_contacts(&loaded, &list, &out, true).err().map(|error| error.to_string())
+        import_contacts(&loaded, &list, ListedMotion::Flights, &out, true)
+            .err()
+            .map(|error| error.to_string())
     };
     assert_eq!(refused(&(light(0.2) + heavy)), None);
     let message = refused(&(light(20.0) + heavy)).expect("a hundred times what is possible");
@@ -392,12 +403,13 @@ fn write_parquet(path: &Path, columns: &[(&str, f64)], rows: usize) {
 fn property_tables_that_claim_too_much_are_refused_before_they_are_read() {
     let folder = folder(SCENE, &[]);
     let path = folder.path();
-    // Twenty-one million rows in 300 kB.
-    let columns = [("t", 0.0), ("body", 0.0), ("position_x", 0.0), ("position_y", 0.0), ("position_z", 0.0)];
+    // Twenty-one million contacts in 300 kB. (Poses are a stream.)
+    let columns = [("t", 0.0), ("body_a", 0.0), ("point_x", 0.0), ("point_y", 0.0), ("point_z", 0.0)];
     write_parquet(&path.join("long.parquet"), &columns, 21_000_000);
     let size = fs::metadata(path.join("long.parquet")).unwrap().len();
     assert!(size < 500_000, "{size} bytes");
-    let message = import(path, &["long.parquet"], &[], false).unwrap_err();
+    fs::write(path.join("a.csv"), falling(240.0, 1)).unwrap();
+    let message = import(path, &["a.csv"], &["long.parquet"], false).unwrap_err();
     assert!(message.contains("more than 20000000 rows"), "{message}");
     // A new key in each line.
     let line = |k: u32| format!("{{\"t\": {k}, \"body\": 0, \"position\": [0, 0, 0], \"key{k}\": 0}}\n");
@@ -411,7 +423,6 @@ fn property_tables_that_claim_too_much_are_refused_before_they_are_read() {
     // A row of a Parquet file is no line.
     let columns = [("t", 0.3), ("body_a", 9.0)];
     write_parquet(&path.join("list.parquet"), &columns, 1);
-    fs::write(path.join("a.csv"), falling(240.0, 1)).unwrap();
     let message = import(path, &["a.csv"], &["list.parquet"], false).unwrap_err();
     assert!(message.contains("row 0: body_a is 9"), "{message}");
 }
@@ -444,13 +455,16 @@ fn property_a_kinematic_node_yields_to_no_impact() {
     write_gltf(folder.path(), &node, &[rising(240.0, "LINEAR")]);
     let path = folder.path().join("a.gltf");
     let text = fs::read_to_string(&path).unwrap().replace("\"mesh\":0,", "").replace(",\"mesh\":0", "");
-    fs::write(&path, text).unwrap();
+    let mut document: Value = serde_json::from_str(&text).unwrap();
+    document["extensions"] =
+        json!({ "KHR_implicit_shapes": { "shapes": [{ "type": "sphere", "sphere": { "radius": 0.1 } }] } });
+    fs::write(&path, document.to_string()).unwrap();
     let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
     let files =
         MotionFiles { gltf: vec![path], poses: vec![folder.path().join("a.csv")], ..MotionFiles::default() };
     let notices = import_motion(&loaded, &files, &folder.path().join("out.timeline"), true).unwrap().notices;
     assert!(
-        notices.iter().any(|notice| notice.contains("node wall: it has an implicit collider")),
+        notices.iter().any(|notice| notice.contains("node wall: it has an implicit shape and no material")),
         "{notices:?}"
     );
 }

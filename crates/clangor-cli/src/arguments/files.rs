@@ -38,7 +38,7 @@ pub(crate) enum ImportFormat {
         #[command(flatten)]
         common: RecordedMotion,
     },
-    /// A list of contacts (.jsonl, .csv or .parquet) between the bodies of a scene, which do not move
+    /// A list of contacts (.jsonl, .csv or .parquet) between the bodies of a scene, which fly between them
     Contacts {
         /// The scene that names the bodies
         scene: PathBuf,
@@ -47,6 +47,9 @@ pub(crate) enum ImportFormat {
         /// The timeline folder to write
         #[arg(short, long, value_name = "RUN.timeline")]
         output: PathBuf,
+        /// Leave all bodies where the scene starts them
+        #[arg(long)]
+        at_rest: bool,
         /// Replace an existing timeline
         #[arg(long)]
         force: bool,

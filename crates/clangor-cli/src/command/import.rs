@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clangor_core::scene::diagnostic::Doubt;
-use clangor_pipeline::interchange::body_files::import_contacts;
+use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
 use clangor_pipeline::stages::load::load_scene;
 use serde_json::json;
@@ -19,14 +19,16 @@ const DOUBTFUL: f64 = 0.5;
 
 pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Result<(), Failure> {
     match &options.format {
-        ImportFormat::Contacts { scene, list, output, force } => {
+        ImportFormat::Contacts { scene, list, output, at_rest, force } => {
             check_ending(output, "timeline")?;
             let loaded = load(scene, global, &|_| (), console)?;
-            let imported = import_contacts(&loaded, list, output, *force)?;
+            let motion = if *at_rest { ListedMotion::AtRest } else { ListedMotion::Flights };
+            let imported = import_contacts(&loaded, list, motion, output, *force)?;
             imported.notices.iter().for_each(|notice| console.note(notice));
             let contacts = imported.rows.contacts;
-            console.say(format_args!("{}: {contacts} contact rows", output.display()));
-            console.json(&json!({ "timeline": output, "contact_rows": contacts }));
+            let poses = imported.rows.poses;
+            console.say(format_args!("{}: {contacts} contact rows, {poses} poses", output.display()));
+            console.json(&json!({ "timeline": output, "contact_rows": contacts, "pose_rows": poses }));
             Ok(())
         }
         ImportFormat::Gltf { scene, files, poses, common } => {
@@ -73,12 +75,12 @@ fn motion(
     });
     if let Some(found) = &imported.found {
         let impacts = found.confidence.len();
-        let doubtful = found.confidence.values().filter(|confidence| **confidence < DOUBTFUL).count();
+        let doubtful = found.confidence.iter().filter(|confidence| **confidence < DOUBTFUL).count();
         console.say(format_args!(
             "impacts found in the motion: {impacts}, of which {doubtful} explain less than half of the jump"
         ));
-        report["impacts"] = json!(found.confidence.iter().map(|(id, c)| json!([id, c])).collect::<Vec<_>>());
-        report["jumps_without_contact"] = json!(found.untouched.len());
+        report["impacts"] = json!((1_u64..).zip(&found.confidence).collect::<Vec<_>>());
+        report["jumps_without_contact"] = json!(found.untouched);
     }
     console.json(&report);
     Ok(())

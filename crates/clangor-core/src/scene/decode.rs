@@ -140,6 +140,7 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
         joints,
         loads,
         listeners,
+        materials: materials.into_custom(),
         simulation,
         render,
         warnings: Vec::new(),

@@ -11,6 +11,7 @@ use super::render_description::RenderDescription;
 use super::simulation_description::SimulationDescription;
 use crate::acoustics::Acoustics;
 use crate::body::BodyId;
+use crate::material::Material;
 use crate::sound_model::rule::SoundRule;
 
 /// Version of the format.
@@ -62,6 +63,8 @@ pub struct Scene {
     pub loads: Vec<LoadDescription>,
     /// Listeners.
     pub listeners: Vec<ListenerDescription>,
+    /// Materials that the scene defines itself, whether a body uses them or not.
+    pub materials: Vec<Material>,
     /// Settings of the dynamics.
     pub simulation: SimulationDescription,
     /// Settings of the rendering.
@@ -82,6 +85,7 @@ impl Default for Scene {
             joints: Vec::new(),
             loads: Vec::new(),
             listeners: Vec::new(),
+            materials: Vec::new(),
             simulation: SimulationDescription::default(),
             render: RenderDescription::default(),
             warnings: Vec::new(),

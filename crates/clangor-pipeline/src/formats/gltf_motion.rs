@@ -6,7 +6,9 @@
 
 mod curve;
 mod frames;
+pub mod implicit_shape;
 mod key_times;
+pub mod physics;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,7 +23,9 @@ use crate::formats::mesh_reader::{Located, MeshFault, MeshFileError};
 use crate::motion::recording::Frame;
 use curve::Curves;
 use frames::NodeMotion;
+use implicit_shape::{ImplicitShape, ShapeFault};
 use key_times::KeyFrames;
+use physics::{NodePhysics, PhysicsFault};
 
 /// Why the motion of a glTF file could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -80,6 +84,12 @@ pub enum NodeFault {
         /// translation, rotation or scale.
         path: &'static str,
     },
+    /// An implicit shape that is no solid.
+    #[error("its implicit shape cannot be a body: {0}")]
+    Shape(#[from] ShapeFault),
+    /// Physics that no body has.
+    #[error(transparent)]
+    Physics(#[from] PhysicsFault),
     /// A curve that cannot be read.
     #[error("its {path} cannot be read: {reason}")]
     Curve {
@@ -99,7 +109,7 @@ pub struct GltfNode {
     pub ancestors: Vec<String>,
     /// Its triangles, if any \[m\], in the frame of the node with its scale.
     pub mesh: Option<TriMesh>,
-    /// Name of the material of its first triangles.
+    /// Name of its material: of its property `material`, of its first triangles, or of its physics material.
     pub material: Option<String>,
     /// Frames of its origin while it is shown; one for a node that never moves.
     pub frames: Vec<Frame>,
@@ -109,12 +119,10 @@ pub struct GltfNode {
     pub birth: f64,
     /// Last instant at which it is shown \[s\]; infinite if it is never hidden.
     pub death: f64,
-    /// Mass by `KHR_physics_rigid_bodies` \[kg\].
-    pub mass: Option<f64>,
-    /// Whether it is moved from outside (`isKinematic`), and so yields to no impact.
-    pub is_kinematic: bool,
-    /// Whether it has an implicit shape as a collider, which is not read.
-    pub has_implicit_collider: bool,
+    /// The implicit shape of its collider (`KHR_implicit_shapes`), with the scale of the node.
+    pub shape: Option<ImplicitShape>,
+    /// What `KHR_physics_rigid_bodies` says of it.
+    pub physics: NodePhysics,
     /// Whether it or a node above it is animated.
     pub is_animated: bool,
 }
@@ -148,21 +156,21 @@ pub fn read_gltf_motion(path: &Path) -> Result<Vec<GltfNode>, GltfMotionError> {
         let chain: Vec<usize> = std::iter::successors(Some(place), |p| placed[*p].parent).collect();
         let motion = NodeMotion::of_chain(&file, &placed, &curves, &chain).map_err(at_node(place))?;
         let mesh = local_mesh(&file, &placed[place], &motion).map_err(in_file)?;
-        let physics = |part: &str| node.extensions.physics.as_ref().and_then(|physics| physics.get(part));
-        let motion_json = physics("motion");
-        let shape = physics("collider").and_then(|collider| collider.get("geometry")?.get("shape"));
+        let fault = |fault: NodeFault| at_node(place)(fault);
+        let physics = NodePhysics::of_node(&file.document, node).map_err(|e| fault(e.into()))?;
+        let shape = physics.shape.map(|shape| ImplicitShape::of_file(&file.document, shape, motion.scale));
+        let shape = shape.transpose().map_err(|e| fault(e.into()))?;
         nodes.push(GltfNode {
             name: name(place),
             ancestors: chain[1..].iter().map(|place| name(*place)).collect(),
             mesh: Some(mesh).filter(|mesh| !mesh.triangles.is_empty()),
-            material: material_name(&file, placed[place].node),
+            material: material_name(&file, placed[place].node).or_else(|| physics.material.clone()),
             frames: motion.frames,
             start: motion.start,
             birth: motion.birth,
             death: motion.death,
-            mass: motion_json.and_then(|motion| motion.get("mass")?.as_f64()).filter(|mass| *mass > 0.0),
-            is_kinematic: motion_json.and_then(|motion| motion.get("isKinematic")?.as_bool()) == Some(true),
-            has_implicit_collider: shape.is_some(),
+            shape,
+            physics,
             is_animated: motion.is_animated,
         });
     }
@@ -193,6 +201,9 @@ fn node_name(file: &GltfFile, placed: &Placed) -> String {
 }
 
 fn material_name(file: &GltfFile, node: usize) -> Option<String> {
+    if let Some(name) = file.document.nodes[node].extras.get("material").and_then(|name| name.as_str()) {
+        return Some(name.into());
+    }
     let mesh = file.document.meshes.get(file.document.nodes[node].mesh?)?;
     let material = mesh.primitives.first()?.material?;
     file.document.materials.get(material)?.name.clone()

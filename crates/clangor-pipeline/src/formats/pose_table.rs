@@ -20,14 +20,18 @@ use clangor_core::pose::Pose;
 use glam::{DQuat, DVec3};
 
 use super::contact_list::body_of_number;
-use super::record_table::{Cell, RecordTableError, RowSink, read_rows};
+use super::record_table::{Cell, MAX_ROWS, RecordTableError, RowSink, read_rows};
 use crate::motion::recording::Frame;
 
 /// Frames this near to each other at one time are one \[m\].
 const SAME_PLACE: f64 = 1e-6;
 
-/// How late a row may come \[s\]: timelines write an impact when it is over.
-const LATE: f64 = 1e-3;
+/// How late a row of a body may come \[s\]: timelines write an impact when it is over.
+pub(crate) const LATE: f64 = 1e-3;
+
+/// How late a row may come after those of other bodies in a table that is read as a stream \[s\]: programs
+/// that write in blocks of frames, body by body, take less.
+pub(crate) const LATENESS: f64 = 1.0;
 
 /// What a position of a row is that of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +40,21 @@ pub enum PositionOf {
     CentreOfMass,
     /// The origin of the shape or file.
     Origin,
+}
+
+/// Takes the poses of a table, one at a time.
+pub(crate) trait PoseSink {
+    /// What can go wrong with a pose.
+    type Error: From<RecordTableError> + From<PoseTableError>;
+
+    /// Most rows that are taken.
+    fn most_rows(&self) -> u64;
+
+    /// What the positions of the table are; called before any pose.
+    fn begin(&mut self, position_of: PositionOf);
+
+    /// A pose as it stands in the file, its numbers finite.
+    fn pose(&mut self, body: BodyId, frame: Frame) -> Result<(), Self::Error>;
 }
 
 /// Poses of a table, by body.
@@ -89,6 +108,49 @@ pub enum PoseTableError {
         /// What is there.
         text: String,
     },
+    /// A long table whose rows are not in order of time.
+    #[error(
+        "{path}, row {row}: t = {time} s comes after t = {latest} s; a table of more than {MAX_ROWS} poses \
+         needs rows in order of time, up to {LATENESS} s: sort it by t"
+    )]
+    NotSorted {
+        /// The file.
+        path: PathBuf,
+        /// The first row that comes too late.
+        row: u64,
+        /// Its time \[s\].
+        time: f64,
+        /// Latest time before it \[s\].
+        latest: f64,
+    },
+    /// A long table with a gap between two frames of a body.
+    #[error(
+        "{path}: body {body} has no frame for {gap} s; the poses of all bodies in that time are too many to \
+         be kept ({MAX_ROWS} at most): add frames of {body}, or import fewer bodies"
+    )]
+    Gap {
+        /// The file.
+        path: PathBuf,
+        /// The body.
+        body: String,
+        /// Longest distance of its frames \[s\].
+        gap: f64,
+    },
+    /// A long table with far more poses in some moments than in others.
+    #[error(
+        "{path}, row {row}: there are more than {MAX_ROWS} poses from t = {from} to {to} s, too many to \
+         be kept; divide the table there, or leave out frames"
+    )]
+    Dense {
+        /// The file.
+        path: PathBuf,
+        /// The row that is too much.
+        row: u64,
+        /// First time of those poses \[s\].
+        from: f64,
+        /// Time of the row \[s\].
+        to: f64,
+    },
     /// No row.
     #[error("{path} has no poses")]
     Empty {
@@ -131,26 +193,71 @@ pub fn read_pose_table(
     body_count: usize,
     body: &dyn Fn(&str) -> Option<BodyId>,
 ) -> Result<PoseTable, PoseTableError> {
+    let mut collected = Collected {
+        place_of: vec![None; body_count],
+        table: PoseTable { position_of: PositionOf::CentreOfMass, bodies: Vec::new() },
+    };
+    scan_poses(path, body_count, body, &mut collected)?;
+    Ok(collected.table)
+}
+
+/// Gives the poses of a table to `sink`, and keeps none; otherwise as [`read_pose_table`].
+///
+/// # Errors
+/// [`PoseTableError`], and those of the sink.
+pub(crate) fn scan_poses<S: PoseSink>(
+    path: &Path,
+    body_count: usize,
+    body: &dyn Fn(&str) -> Option<BodyId>,
+    sink: &mut S,
+) -> Result<(), S::Error> {
     let mut reader = Reader {
         path,
         find: body,
         body_count,
         ids: HashMap::new(),
-        place_of: vec![None; body_count],
-        bodies: Vec::new(),
+        numbered: vec![None; body_count],
         position_of: PositionOf::CentreOfMass,
         is_turned: false,
+        is_empty: true,
+        sink,
     };
     read_rows(path, &mut reader)?;
-    if reader.bodies.is_empty() {
-        return Err(PoseTableError::Empty { path: path.into() });
+    if reader.is_empty { Err(PoseTableError::Empty { path: path.into() }.into()) } else { Ok(()) }
+}
+
+/// All poses of a table.
+struct Collected {
+    /// Places of the bodies in the table.
+    place_of: Vec<Option<usize>>,
+    table: PoseTable,
+}
+
+impl PoseSink for Collected {
+    type Error = PoseTableError;
+
+    fn most_rows(&self) -> u64 {
+        MAX_ROWS
     }
-    Ok(PoseTable { position_of: reader.position_of, bodies: reader.bodies })
+
+    fn begin(&mut self, position_of: PositionOf) {
+        self.table.position_of = position_of;
+    }
+
+    fn pose(&mut self, id: BodyId, frame: Frame) -> Result<(), PoseTableError> {
+        let bodies = &mut self.table.bodies;
+        let place = *self.place_of[id.index()].get_or_insert_with(|| {
+            bodies.push((id, Vec::new()));
+            bodies.len() - 1
+        });
+        insert(&mut bodies[place].1, frame);
+        Ok(())
+    }
 }
 
 /// Adds a frame, a little late ones in their place. Timelines have a row at an impact besides that of the
 /// same instant; it is left out.
-fn insert(frames: &mut Vec<Frame>, frame: Frame) {
+pub(crate) fn insert(frames: &mut Vec<Frame>, frame: Frame) {
     let latest = frames.last().map_or(f64::NEG_INFINITY, |last| last.time);
     let is_late = frame.time < latest && frame.time >= latest - LATE;
     let place = if is_late { frames.partition_point(|f| f.time <= frame.time) } else { frames.len() };
@@ -162,22 +269,27 @@ fn insert(frames: &mut Vec<Frame>, frame: Frame) {
     }
 }
 
-/// Collects the frames of the bodies.
-struct Reader<'a> {
+/// Turns rows into frames.
+struct Reader<'a, S> {
     path: &'a Path,
     find: &'a dyn Fn(&str) -> Option<BodyId>,
     body_count: usize,
     /// Bodies of the texts so far.
     ids: HashMap<String, BodyId>,
-    /// Places of the bodies in `bodies`.
-    place_of: Vec<Option<usize>>,
-    bodies: Vec<(BodyId, Vec<Frame>)>,
+    /// Bodies of the whole numbers so far.
+    numbered: Vec<Option<BodyId>>,
     position_of: PositionOf,
     is_turned: bool,
+    is_empty: bool,
+    sink: &'a mut S,
 }
 
-impl RowSink for Reader<'_> {
-    type Error = PoseTableError;
+impl<S: PoseSink> RowSink for Reader<'_, S> {
+    type Error = S::Error;
+
+    fn most_rows(&self) -> u64 {
+        self.sink.most_rows()
+    }
 
     fn known(&self) -> &[&'static str] {
         &COLUMNS
@@ -187,9 +299,9 @@ impl RowSink for Reader<'_> {
         IGNORED.iter().any(|beginning| name.starts_with(beginning))
     }
 
-    fn columns(&mut self, present: &[bool]) -> Result<(), PoseTableError> {
+    fn columns(&mut self, present: &[bool]) -> Result<(), S::Error> {
         if present[ORIGIN] && present[POSITION] {
-            return Err(PoseTableError::TwoPositions { path: self.path.into() });
+            return Err(PoseTableError::TwoPositions { path: self.path.into() }.into());
         }
         let position = if present[ORIGIN] { ORIGIN } else { POSITION };
         self.position_of = if present[ORIGIN] { PositionOf::Origin } else { PositionOf::CentreOfMass };
@@ -198,35 +310,44 @@ impl RowSink for Reader<'_> {
         let mut needed = [TIME, BODY].into_iter().chain(position..position + 3).chain(turned);
         match needed.find(|place| !present[*place]) {
             Some(place) => {
-                Err(PoseTableError::Missing { path: self.path.into(), column: COLUMNS[place].into() })
+                let path = self.path.into();
+                Err(PoseTableError::Missing { path, column: COLUMNS[place].into() }.into())
             }
-            None => Ok(()),
+            None => {
+                self.sink.begin(self.position_of);
+                Ok(())
+            }
         }
     }
 
-    fn row(&mut self, row: u64, cells: &[Cell]) -> Result<(), PoseTableError> {
+    fn row(&mut self, row: u64, cells: &[Cell]) -> Result<(), S::Error> {
         let id = self.body(row, &cells[BODY])?;
         let frame = self.frame(row, cells)?;
-        let place = *self.place_of[id.index()].get_or_insert_with(|| {
-            self.bodies.push((id, Vec::new()));
-            self.bodies.len() - 1
-        });
-        insert(&mut self.bodies[place].1, frame);
-        Ok(())
+        self.is_empty = false;
+        self.sink.pose(id, frame)
     }
 }
 
-impl Reader<'_> {
+impl<S> Reader<'_, S> {
     fn body(&mut self, row: u64, cell: &Cell) -> Result<BodyId, PoseTableError> {
-        if let Cell::Text(text) = cell
-            && let Some(id) = self.ids.get(text)
-        {
-            return Ok(*id);
+        let number = match cell {
+            Cell::Number(number) if number.fract() == 0.0 && *number >= 0.0 => Some(*number as usize),
+            _ => None,
+        };
+        let known = match cell {
+            Cell::Text(text) => self.ids.get(text).copied(),
+            _ => number.and_then(|number| *self.numbered.get(number)?),
+        };
+        if let Some(id) = known {
+            return Ok(id);
         }
         let text = shown(cell, "");
         let id = (self.find)(&text).or_else(|| body_of_number(&text, self.body_count));
         let id =
             id.ok_or_else(|| PoseTableError::Body { path: self.path.into(), row, text: text.clone() })?;
+        if let Some(place) = number.and_then(|number| self.numbered.get_mut(number)) {
+            *place = Some(id);
+        }
         if matches!(cell, Cell::Text(_)) {
             self.ids.insert(text, id);
         }

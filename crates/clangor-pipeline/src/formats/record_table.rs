@@ -26,7 +26,7 @@ pub enum Cell {
     Text(String),
 }
 
-/// Most rows of a table: poses of an hour of 23 bodies at 240 Hz, whose import takes 4 GB.
+/// Most rows of a table that is kept in memory: poses of an hour of 23 bodies at 240 Hz, which take 4 GB.
 pub const MAX_ROWS: u64 = 20_000_000;
 /// Longest line of a text \[bytes\].
 const MAX_LINE: u64 = 1 << 20;
@@ -35,6 +35,11 @@ const MAX_LINE: u64 = 1 << 20;
 pub(crate) trait RowSink {
     /// What can go wrong with a row.
     type Error: From<RecordTableError>;
+
+    /// Most rows that are taken.
+    fn most_rows(&self) -> u64 {
+        MAX_ROWS
+    }
 
     /// Names of the columns that are wanted, each cell in their order.
     fn known(&self) -> &[&'static str];
@@ -112,10 +117,12 @@ pub enum RecordTableError {
         column: String,
     },
     /// A table that is too long.
-    #[error("{path} has more than {MAX_ROWS} rows; divide it, or leave out bodies and frames")]
+    #[error("{path} has more than {most} rows; divide it, or leave out bodies and frames")]
     TooManyRows {
         /// The file.
         path: PathBuf,
+        /// Most rows.
+        most: u64,
     },
     /// The Parquet data cannot be decoded.
     #[error("{path} is damaged or no Parquet file ({reason})")]
@@ -173,12 +180,14 @@ struct Lines<'a> {
     number: u64,
     /// Bytes before this line.
     before: usize,
+    /// Most lines.
+    most: u64,
 }
 
 impl<'a> Lines<'a> {
-    fn open(path: &'a Path) -> Result<Self, RecordTableError> {
+    fn open(path: &'a Path, most: u64) -> Result<Self, RecordTableError> {
         let file = File::open(path).map_err(|source| RecordTableError::Io { path: path.into(), source })?;
-        Ok(Lines { path, file: BufReader::new(file), line: Vec::new(), number: 0, before: 0 })
+        Ok(Lines { path, file: BufReader::new(file), line: Vec::new(), number: 0, before: 0, most })
     }
 
     fn next(&mut self) -> Result<Option<(u64, &str)>, RecordTableError> {
@@ -195,8 +204,8 @@ impl<'a> Lines<'a> {
                 let reason = format!("the line is longer than {MAX_LINE} bytes");
                 return Err(RecordTableError::Line { path: path.into(), line: self.number, reason });
             }
-            if self.number > MAX_ROWS {
-                return Err(RecordTableError::TooManyRows { path: path.into() });
+            if self.number > self.most {
+                return Err(RecordTableError::TooManyRows { path: path.into(), most: self.most });
             }
             let text = str::from_utf8(&self.line).map_err(|error| RecordTableError::NotText {
                 path: path.into(),
@@ -215,7 +224,7 @@ impl<'a> Lines<'a> {
 }
 
 fn csv<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
-    let mut lines = Lines::open(path)?;
+    let mut lines = Lines::open(path, sink.most_rows())?;
     let mut header: Option<Vec<Option<usize>>> = None;
     let mut cells = vec![Cell::Empty; sink.known().len()];
     while let Some((row, line)) = lines.next()? {
@@ -258,7 +267,7 @@ impl Cell {
 }
 
 fn jsonl<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
-    let mut lines = Lines::open(path)?;
+    let mut lines = Lines::open(path, sink.most_rows())?;
     let mut is_first = true;
     let mut cells = vec![Cell::Empty; sink.known().len()];
     while let Some((row, line)) = lines.next()? {

@@ -7,6 +7,7 @@ use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::TimelineSink;
 
 use super::imported_header::imported_header;
+use super::listed_flights::listed_flights;
 use crate::formats::contact_list::{ContactListError, read_listed_contacts};
 use crate::formats::glb::{GlbError, GlbSummary, write_glb};
 use crate::formats::timeline_file::{TimelineError, TimelineReader, TimelineSummary, TimelineWriter};
@@ -66,6 +67,16 @@ impl InterchangeError {
     }
 }
 
+/// How the bodies of a contact list move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ListedMotion {
+    /// Free bodies that are listed fly from where the scene starts them, under gravity and the listed
+    /// impulses.
+    Flights,
+    /// All stay where the scene starts them.
+    AtRest,
+}
+
 /// What was made of a contact list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportedContacts {
@@ -77,14 +88,15 @@ pub struct ImportedContacts {
 
 /// Turns a contact list between the bodies of a scene into a timeline folder.
 ///
-/// Bodies stand where the scene starts them: a list has no poses. Points on bodies that move freely are
-/// therefore not checked.
+/// A list has no poses. Where bodies fly by it, its points are compared with their surfaces; of bodies that
+/// stay where they are, points on those that could move freely are not checked.
 ///
 /// # Errors
 /// [`InterchangeError`]; no folder is left then.
 pub fn import_contacts(
     loaded: &LoadedScene,
     list: &Path,
+    motion: ListedMotion,
     output: &Path,
     replace: bool,
 ) -> Result<ImportedContacts, InterchangeError> {
@@ -99,15 +111,22 @@ pub fn import_contacts(
         Motion::Fixed => Some(bodies[id.index()].pose),
         Motion::Keyframed(track) => Some(track.sample(time).0),
     };
+    let lines: Vec<usize> = rows.iter().map(|listed| listed.line).collect();
     let (rows, notices) = check_contacts(&loaded.world, rows, &pose_of)
         .map_err(|fault| InterchangeError::Contact { path: list.into(), fault })?;
+    let mut notices: Vec<String> = notices.iter().map(ToString::to_string).collect();
     let duration = rows.last().map_or(0.0, |r| r.time).max(loaded.scene.simulation.duration);
     let header = imported_header(loaded, loaded.world.clone(), "contact list", duration);
     let mut writer = TimelineWriter::create(output, &header, replace)?;
+    let failed = |source| InterchangeError::Row { path: output.into(), source };
     for row in &rows {
-        writer.contact(row).map_err(|source| InterchangeError::Row { path: output.into(), source })?;
+        writer.contact(row).map_err(failed)?;
     }
-    let notices = notices.iter().map(ToString::to_string).collect();
+    if motion == ListedMotion::Flights {
+        let flights = listed_flights(loaded, &rows, duration);
+        notices.extend(flights.notices(&loaded.world, &lines));
+        flights.write(&loaded.world, &rows, &mut writer).map_err(failed)?;
+    }
     Ok(ImportedContacts { rows: writer.finish()?, notices })
 }
 

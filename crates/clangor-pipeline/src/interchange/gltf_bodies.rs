@@ -9,9 +9,11 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::material::{Material, presets};
 use clangor_core::pose::Pose;
 use clangor_core::scene::instantiate::{GeometryError, LoadedGeometry};
+use clangor_core::shape::Shape;
 use glam::DVec3;
 
 use crate::formats::gltf_motion::GltfNode;
+use crate::formats::gltf_motion::implicit_shape::ImplicitShape;
 use crate::motion::recording::{Frame, RecordedBody};
 use crate::stages::load::mesh_geometry;
 
@@ -46,7 +48,9 @@ pub enum GltfBodyFault {
     /// No material.
     #[error(
         "node {node}: its material is {found}, which is neither one of the scene nor a preset; name it after \
-         one (docs/format/materials.md), or describe the body in the scene"
+         one (docs/format/materials.md), give the node a property \"material\" with such a name, or \
+         describe the \
+         body in the scene"
     )]
     Material {
         /// The node.
@@ -57,30 +61,38 @@ pub enum GltfBodyFault {
 }
 
 /// Adds the nodes to a world: fixed bodies where nothing moves them, and frames of those that are moved. The
-/// second value has those of them that are moved from outside. `notices` takes what should be known.
+/// second value has those of them that are moved from outside. `materials` are those of the scene;
+/// `notices` takes what should be known.
 ///
 /// # Errors
 /// [`GltfBodyFault`] names the node.
 pub(super) fn add_nodes(
     world: &mut World,
+    materials: &[Material],
     nodes: Vec<GltfNode>,
     notices: &mut Vec<String>,
 ) -> Result<(Vec<RecordedBody>, Vec<BodyId>), GltfBodyFault> {
     let (mut recorded, mut kinematic) = (Vec::new(), Vec::new());
     let in_scene: Vec<String> = world.bodies.iter().map(|body| body.name.clone()).collect();
     let mut seen: Vec<String> = Vec::new();
+    let is_body = |node: &&GltfNode| node.mesh.is_some() || (node.physics.has_motion && node.shape.is_some());
+    let solid: Vec<String> = nodes.iter().filter(is_body).map(|node| node.name.clone()).collect();
     let mut solids = Solids::default();
     for node in nodes {
         let described = in_scene.iter().position(|name| *name == node.name);
         let belongs_to_other = node.ancestors.iter().any(|name| in_scene.contains(name));
-        if described.is_none() && (node.mesh.is_none() || belongs_to_other) {
-            if node.mesh.is_none() && node.has_implicit_collider && !belongs_to_other {
-                notices.push(format!(
-                    "node {}: it has an implicit collider and no mesh, and is left out; give it a mesh, or a \
-                     body of the scene its name",
-                    node.name
-                ));
-            }
+        // A collider below a body is a part of it.
+        let is_part = node.mesh.is_none() && node.ancestors.iter().any(|name| solid.contains(name));
+        let is_solid = node.mesh.is_some() || node.shape.is_some();
+        if described.is_none() && (!is_solid || belongs_to_other || is_part) {
+            continue;
+        }
+        if described.is_none() && node.mesh.is_none() && node.material.is_none() {
+            notices.push(format!(
+                "node {}: it has an implicit shape and no material, and is left out; give it a property \
+                 \"material\", or a body of the scene its name",
+                node.name
+            ));
             continue;
         }
         if described.is_some_and(|index| world.bodies[index].surface.is_plane()) {
@@ -94,10 +106,14 @@ pub(super) fn add_nodes(
             return Err(GltfBodyFault::SameName { node: node.name });
         }
         seen.push(node.name.clone());
+        if node.physics.has_joint {
+            notices
+                .push(format!("node {}: its joint is not read; the node moves as it is animated", node.name));
+        }
         let (index, centre) = match described {
             Some(index) => (index, centre_of_mass(&mut solids, &node)?),
             None => {
-                let (body, centre) = new_body(world, &mut solids, &node, notices)?;
+                let (body, centre) = new_body(world, materials, &mut solids, &node, notices)?;
                 world.bodies.push(body);
                 (world.bodies.len() - 1, centre)
             }
@@ -105,9 +121,11 @@ pub(super) fn add_nodes(
         let at_centre = |pose: Pose| Pose { position: pose.world_from_body(centre), ..pose };
         let body = &mut world.bodies[index];
         body.pose = at_centre(node.start);
-        if let Some(mass) = node.mass {
-            body.inertia *= mass / body.mass;
-            body.mass = mass;
+        if !body.surface.is_plane() {
+            apply_physics(body, &node, notices);
+        } else if node.is_animated {
+            notices.push(format!("node {}: a plane does not move; it stays where it begins", node.name));
+            continue;
         }
         if !node.is_animated {
             if described.is_none() {
@@ -119,10 +137,30 @@ pub(super) fn add_nodes(
         let frames =
             node.frames.iter().map(|frame| Frame { pose: at_centre(frame.pose), ..*frame }).collect();
         let body = BodyId(index as u32);
-        kinematic.extend(node.is_kinematic.then_some(body));
+        kinematic.extend(node.physics.is_kinematic.then_some(body));
         recorded.push(RecordedBody { body, frames });
     }
     Ok((recorded, kinematic))
+}
+
+/// Mass, inertia, restitution and friction as the file has them.
+fn apply_physics(body: &mut Body, node: &GltfNode, notices: &mut Vec<String>) {
+    let physics = &node.physics;
+    if let Some(mass) = physics.mass {
+        body.inertia *= mass / body.mass;
+        body.mass = mass;
+    }
+    body.inertia = physics.inertia.unwrap_or(body.inertia);
+    if let Some(restitution) = physics.restitution {
+        body.material = body.material.clone().with_restitution(restitution);
+    }
+    body.material.friction = physics.friction.unwrap_or(body.material.friction);
+    if physics.has_centre {
+        notices.push(format!(
+            "node {}: its centerOfMass is not read; the centre is that of a homogeneous solid",
+            node.name
+        ));
+    }
 }
 
 /// Solids of meshes, which copies share.
@@ -167,10 +205,35 @@ fn sphere(mesh: &TriMesh) -> Option<LoadedGeometry> {
     })
 }
 
-/// Centre of mass in the frame of a node that the scene describes: of its mesh, or its origin if it has none.
+/// The solid of a node: of its mesh, or else of its implicit shape; `None` for a plane, and without both.
+fn solid_of(solids: &mut Solids, node: &GltfNode) -> Result<Option<LoadedGeometry>, GltfBodyFault> {
+    let of_mesh = |error| no_solid(node, error);
+    if let Some(mesh) = &node.mesh {
+        return Ok(Some(solids.of(mesh).map_err(of_mesh)?));
+    }
+    match node.shape {
+        Some(ImplicitShape::Form(form)) => {
+            let shape = Shape::try_new(form, None).map_err(|error| error.to_string());
+            let solid = shape.and_then(|shape| shape.surface().map_err(|error| error.to_string()));
+            let (surface, mass) = solid.map_err(|reason| GltfBodyFault::Geometry {
+                node: node.name.clone(),
+                reason,
+                remedy: "give it a mesh".into(),
+            })?;
+            Ok(Some(LoadedGeometry { surface: Arc::new(surface), mass, warnings: Vec::new() }))
+        }
+        Some(shape) => match shape.mesh() {
+            Some(mesh) => Ok(Some(solids.of(&mesh).map_err(of_mesh)?)),
+            None => Ok(None),
+        },
+        None => Ok(None),
+    }
+}
+
+/// Centre of mass in the frame of a node that the scene describes: of its solid, or its origin if it has
+/// none.
 fn centre_of_mass(solids: &mut Solids, node: &GltfNode) -> Result<DVec3, GltfBodyFault> {
-    let Some(mesh) = &node.mesh else { return Ok(DVec3::ZERO) };
-    Ok(solids.of(mesh).map_err(|error| no_solid(node, error))?.mass.centre_of_mass)
+    Ok(solid_of(solids, node)?.map_or(DVec3::ZERO, |solid| solid.mass.centre_of_mass))
 }
 
 fn no_solid(node: &GltfNode, error: GeometryError) -> GltfBodyFault {
@@ -179,26 +242,30 @@ fn no_solid(node: &GltfNode, error: GeometryError) -> GltfBodyFault {
 
 fn new_body(
     world: &World,
+    materials: &[Material],
     solids: &mut Solids,
     node: &GltfNode,
     notices: &mut Vec<String>,
 ) -> Result<(Body, DVec3), GltfBodyFault> {
-    let mesh = node.mesh.clone().unwrap_or_default();
-    let geometry = solids.of(&mesh).map_err(|error| no_solid(node, error))?;
-    notices.extend(geometry.warnings.iter().map(|warning| format!("node {}: {warning}", node.name)));
+    let solid = solid_of(solids, node)?;
     let found = node.material.clone();
-    let material = found.as_deref().and_then(|name| material(world, name)).ok_or_else(|| {
+    let material = found.as_deref().and_then(|name| material(world, materials, name)).ok_or_else(|| {
         let found = found.unwrap_or_else(|| "none".into());
         GltfBodyFault::Material { node: node.name.clone(), found }
     })?;
+    let Some(geometry) = solid else {
+        return Ok((Body::plane(&node.name, material, DVec3::ZERO, DVec3::Y), DVec3::ZERO));
+    };
+    notices.extend(geometry.warnings.iter().map(|warning| format!("node {}: {warning}", node.name)));
     let body = Body::solid(&node.name, material, geometry.surface, &geometry.mass);
     Ok((body, geometry.mass.centre_of_mass))
 }
 
 /// The material of a name, which may have the number that Blender gives to copies: `steel.001`.
-fn material(world: &World, name: &str) -> Option<Material> {
+fn material(world: &World, materials: &[Material], name: &str) -> Option<Material> {
     let find = |name: &str| {
-        let used = world.bodies.iter().map(|body| &body.material).find(|material| material.name == name);
+        let all = world.bodies.iter().map(|body| &body.material).chain(materials);
+        let used = all.into_iter().find(|material| material.name == name);
         used.cloned().or_else(|| presets::preset(name))
     };
     let copy =

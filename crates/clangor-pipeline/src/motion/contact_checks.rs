@@ -311,16 +311,19 @@ fn plane_at(world: &World, row: &ContactRow) -> Option<BodyId> {
     nearest.filter(|(_, plane)| height(plane) <= within).map(|(index, _)| BodyId(index as u32))
 }
 
+/// Distance from the surface of a body of a bounding radius that is taken for rounding \[m\].
+pub(crate) fn surface_tolerance(radius: f64) -> f64 {
+    (ON_SURFACE.0 * radius).max(ON_SURFACE.1)
+}
+
 /// Distance of a point from a surface and its place there, if it is not on the surface.
 fn off_surface(body: &Body, pose: Pose, point: DVec3) -> Option<(f64, DVec3)> {
     let local = pose.body_from_world(point);
     let size = body.surface.bounding_radius();
     let (place, tolerance) = match &*body.surface {
         Surface::HalfSpace | Surface::Plate { .. } => (DVec3::new(local.x, 0.0, local.z), ON_PLANE.1),
-        Surface::Sphere { radius } => {
-            (local.normalize_or(DVec3::Y) * *radius, (ON_SURFACE.0 * size).max(ON_SURFACE.1))
-        }
-        Surface::Mesh(mesh) => (mesh.nearest(local)?.position, (ON_SURFACE.0 * size).max(ON_SURFACE.1)),
+        Surface::Sphere { radius } => (local.normalize_or(DVec3::Y) * *radius, surface_tolerance(size)),
+        Surface::Mesh(mesh) => (mesh.nearest(local)?.position, surface_tolerance(size)),
     };
     let distance = place.distance(local);
     (distance > tolerance).then(|| (distance, pose.world_from_body(place)))

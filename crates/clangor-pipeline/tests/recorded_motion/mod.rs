@@ -26,6 +26,6 @@ pub(crate) fn import(
     let loaded = load_scene(&folder.join("scene.toml"), &|_| ()).unwrap();
     let paths = |names: &[&str]| names.iter().map(|name| folder.join(name)).collect::<Vec<PathBuf>>();
     let (gltf, poses) = paths(motion).into_iter().partition(|p| p.extension().is_some_and(|e| e == "gltf"));
-    let files = MotionFiles { gltf, poses, contacts: paths(contacts), z_up };
+    let files = MotionFiles { gltf, poses, contacts: paths(contacts), z_up, ..MotionFiles::default() };
     import_motion(&loaded, &files, &folder.join("out.timeline"), true).map_err(|error| error.to_string())
 }

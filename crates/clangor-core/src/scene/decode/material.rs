@@ -66,6 +66,11 @@ pub(super) fn materials(d: &mut Decoder<'_>, top: &Section<'_>, contact: Contact
 }
 
 impl Materials {
+    /// Those that the scene defines.
+    pub(super) fn into_custom(self) -> Vec<Material> {
+        self.custom.into_iter().map(|(_, material)| material).collect()
+    }
+
     /// A preset as the material of a body.
     pub(super) fn preset(&self, preset: &presets::Preset) -> Material {
         match self.contact {

@@ -11,7 +11,7 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
 
-use super::{Cell, MAX_ROWS, RecordTableError, RowSink, places};
+use super::{Cell, RecordTableError, RowSink, places};
 
 /// Rows that are decoded at once.
 const BATCH: usize = 8192;
@@ -22,8 +22,8 @@ pub(super) fn read<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error
     let metadata = file.metadata();
     let rows = (0..file.num_row_groups()).map(|group| metadata.row_group(group).num_rows());
     let rows = rows.fold(0_u64, |sum, rows| sum.saturating_add(u64::try_from(rows).unwrap_or(u64::MAX)));
-    if rows > MAX_ROWS {
-        return Err(RecordTableError::TooManyRows { path: path.into() }.into());
+    if rows > sink.most_rows() {
+        return Err(RecordTableError::TooManyRows { path: path.into(), most: sink.most_rows() }.into());
     }
     let schema = metadata.file_metadata().schema_descr();
     let names: Vec<String> =

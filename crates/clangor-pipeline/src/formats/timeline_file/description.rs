@@ -234,4 +234,9 @@ impl Description {
     pub(super) fn cut(&mut self, duration: f64) {
         self.origin.duration = self.origin.duration.min(duration);
     }
+
+    /// Makes the time at least this long \[s\].
+    pub(super) fn extend(&mut self, duration: f64) {
+        self.origin.duration = self.origin.duration.max(duration);
+    }
 }

@@ -154,6 +154,11 @@ impl TimelineWriter {
         forces.push(row)
     }
 
+    /// Makes the duration reach the latest row, where the header could not know it.
+    pub(crate) fn extend_to_latest(&mut self) {
+        self.description.extend(self.latest);
+    }
+
     /// Completes the files and puts the folder in place.
     ///
     /// # Errors

@@ -8,6 +8,7 @@ use clangor_core::scene::instantiate::GeometryError;
 use crate::formats::contact_list::ContactListError;
 use crate::formats::gltf_motion::GltfMotionError;
 use crate::formats::pose_table::PoseTableError;
+use crate::formats::record_table::RecordTableError;
 use crate::formats::timeline_file::TimelineError;
 use crate::interchange::gltf_bodies::GltfBodyFault;
 use crate::motion::contact_checks::ContactFault;
@@ -105,6 +106,12 @@ pub enum MotionImportError {
         /// Its mass \[kg\].
         mass: f64,
     },
+    /// A table that another program writes to while it is read.
+    #[error("{path} changed while it was read; import it when it is complete")]
+    Changed {
+        /// The table.
+        path: PathBuf,
+    },
     /// The timeline cannot be written.
     #[error(transparent)]
     Timeline(#[from] TimelineError),
@@ -116,4 +123,10 @@ pub enum MotionImportError {
         /// Why.
         source: std::io::Error,
     },
+}
+
+impl From<RecordTableError> for MotionImportError {
+    fn from(error: RecordTableError) -> Self {
+        MotionImportError::Poses(error.into())
+    }
 }

@@ -21,12 +21,19 @@ pub(super) fn velocities(frames: &[Frame], at: usize) -> (DVec3, DVec3) {
     ((to.pose.position - from.pose.position) / span, from.pose.rotation_to(&to.pose) / span)
 }
 
-/// All frames in order of time, those of one time in the order of the bodies; `states`, which are in order
-/// too, come last at their times.
-pub(super) fn pose_rows<'a>(recorded: &'a [RecordedBody], states: &'a [PoseRow]) -> PoseRows<'a> {
-    let next = (0..recorded.len())
-        .filter_map(|place| Some(Reverse((key(recorded[place].frames.first()?), place, 0))));
-    PoseRows { recorded, states, next: next.collect() }
+/// The frames from one instant until before another in order of time, those of one time in the order of the
+/// bodies; `states`, which are in order too and lie in that time, come last at their times.
+pub(super) fn pose_rows<'a>(
+    recorded: &'a [RecordedBody],
+    states: &'a [PoseRow],
+    from: f64,
+    to: f64,
+) -> PoseRows<'a> {
+    let mut rows = PoseRows { recorded, states, next: BinaryHeap::with_capacity(recorded.len()), to };
+    for (place, body) in recorded.iter().enumerate() {
+        rows.enqueue(place, body.frames.partition_point(|frame| frame.time < from));
+    }
+    rows
 }
 
 /// The iterator of [`pose_rows`].
@@ -35,6 +42,16 @@ pub(super) struct PoseRows<'a> {
     states: &'a [PoseRow],
     /// Next frame of each body: its time, the place of the body, and that of the frame.
     next: BinaryHeap<Reverse<(u64, usize, usize)>>,
+    to: f64,
+}
+
+impl PoseRows<'_> {
+    /// Puts a frame in line, if there is such a frame before the end.
+    fn enqueue(&mut self, place: usize, at: usize) {
+        if let Some(frame) = self.recorded[place].frames.get(at).filter(|frame| frame.time < self.to) {
+            self.next.push(Reverse((key(frame), place, at)));
+        }
+    }
 }
 
 /// The time of a frame as an integer of the same order; times are not negative.
@@ -55,10 +72,8 @@ impl Iterator for PoseRows<'_> {
             return Some(*state);
         }
         let Reverse((_, place, at)) = self.next.pop()?;
+        self.enqueue(place, at + 1);
         let RecordedBody { body, frames } = &self.recorded[place];
-        if let Some(later) = frames.get(at + 1) {
-            self.next.push(Reverse((key(later), place, at + 1)));
-        }
         let Frame { time, pose, .. } = frames[at];
         let (velocity, angular_velocity) = velocities(frames, at);
         let Pose { position, orientation } = pose;

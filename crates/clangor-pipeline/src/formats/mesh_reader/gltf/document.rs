@@ -76,6 +76,8 @@ pub(crate) struct Extensions {
     pub(crate) audio: Option<Value>,
     #[serde(rename = "KHR_physics_rigid_bodies")]
     pub(crate) physics: Option<Value>,
+    #[serde(rename = "KHR_implicit_shapes")]
+    pub(crate) shapes: Option<Value>,
 }
 
 #[derive(Deserialize)]
@@ -89,6 +91,9 @@ pub(crate) struct Node {
     pub(crate) name: Option<String>,
     #[serde(default)]
     pub(crate) extensions: Extensions,
+    /// Whatever a person or another program adds.
+    #[serde(default)]
+    pub(crate) extras: Value,
     #[serde(default)]
     pub(crate) children: Vec<usize>,
     pub(crate) mesh: Option<usize>,

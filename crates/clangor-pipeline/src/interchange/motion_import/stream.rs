@@ -1,0 +1,166 @@
+//! Second reading of a table of poses: impacts part by part, and poses as they come.
+
+use std::path::Path;
+
+use clangor_core::body::{BodyId, World};
+use clangor_core::timeline::TimelineSink;
+
+use super::pose_rows::pose_rows;
+use super::recording::{FramesOfTable, start};
+use super::survey::{KEPT, MOST_STREAMED, StreamPlan, Survey};
+use super::{FoundImpacts, MotionImportError, MotionSummary, name_of, unrecorded};
+use crate::formats::pose_table::{PoseSink, PoseTableError, PositionOf, insert, scan_poses};
+use crate::formats::record_table::MAX_ROWS;
+use crate::formats::timeline_file::TimelineWriter;
+use crate::interchange::imported_header::imported_header;
+use crate::motion::frame_checks::notices;
+use crate::motion::parts::{Part, PartSearch};
+use crate::motion::recording::{Frame, RecordedBody};
+use crate::stages::load::LoadedScene;
+
+/// Imports a surveyed table into a folder, which is replaced or not.
+///
+/// # Errors
+/// [`MotionImportError`]; no folder is left then.
+pub(super) fn import_stream(
+    loaded: &LoadedScene,
+    path: &Path,
+    z_up: bool,
+    (survey, plan): (Survey, StreamPlan),
+    (output, replace): (&Path, bool),
+) -> Result<MotionSummary, MotionImportError> {
+    let mut world = loaded.world.clone();
+    let Survey { position_of, bodies, latest, .. } = survey;
+    let mut frame_of = FramesOfTable::new(&world, z_up, position_of);
+    let (mut recorded, mut checks) = (Vec::with_capacity(bodies.len()), Vec::with_capacity(bodies.len()));
+    let mut place_of = vec![None; world.bodies.len()];
+    for body in bodies {
+        let described = &mut world.bodies[body.body.index()];
+        frame_of.learn_centre(loaded, described, body.body, path)?;
+        start(described, &body.first);
+        place_of[body.body.index()] = Some(recorded.len());
+        recorded.push(RecordedBody { body: body.body, frames: body.first });
+        checks.push((body.body, body.checks));
+    }
+    let name = |id: BodyId| name_of(&world, id);
+    let mut remarks: Vec<String> = notices(&checks, 0, &name).iter().map(ToString::to_string).collect();
+    remarks.extend(unrecorded(&world, &recorded));
+    let header = imported_header(loaded, world.clone(), "recorded motion", latest);
+    let known_to = recorded.iter().map(|body| body.frames.last().map_or(0.0, |frame| frame.time)).collect();
+    let mut stream = PoseStream {
+        path,
+        output,
+        world: &world,
+        v_min: loaded.scene.simulation.v_min,
+        frame_of,
+        place_of,
+        known_to,
+        recorded,
+        part: plan.part,
+        lookahead: plan.lookahead,
+        written_to: 0.0,
+        joints: 0,
+        kept: 0,
+        search: PartSearch::default(),
+        found: FoundImpacts::default(),
+        writer: TimelineWriter::create(output, &header, replace)?,
+    };
+    scan_poses(path, world.bodies.len(), &|name| world.body_named(name), &mut stream)?;
+    stream.part.to = f64::INFINITY;
+    stream.finish_part()?;
+    let PoseStream { mut writer, found, search, recorded, joints, .. } = stream;
+    writer.extend_to_latest();
+    remarks.extend(found.remark(&world));
+    if search.doubtful_joints > 0 {
+        remarks.push(format!(
+            "the recording was searched in parts of {:.1} s; at {} of {joints} joints the parts agree on no \
+             impact: impacts there may differ from those of a search in one piece",
+            plan.part.to, search.doubtful_joints
+        ));
+    }
+    let rows = writer.finish()?;
+    Ok(MotionSummary { rows, moved: recorded.len(), found: Some(found), notices: remarks })
+}
+
+/// A table on its way to a timeline.
+struct PoseStream<'a> {
+    path: &'a Path,
+    output: &'a Path,
+    world: &'a World,
+    v_min: f64,
+    frame_of: FramesOfTable,
+    place_of: Vec<Option<usize>>,
+    /// Times of the last frames that the survey kept \[s\].
+    known_to: Vec<f64>,
+    /// Frames of this part with its overlaps, and of the rows ahead.
+    recorded: Vec<RecordedBody>,
+    part: Part,
+    lookahead: f64,
+    /// Poses before this time are written \[s\].
+    written_to: f64,
+    joints: u64,
+    /// Frames that are kept.
+    kept: u64,
+    search: PartSearch,
+    found: FoundImpacts,
+    writer: TimelineWriter,
+}
+
+impl PoseSink for PoseStream<'_> {
+    type Error = MotionImportError;
+
+    fn most_rows(&self) -> u64 {
+        MOST_STREAMED
+    }
+
+    fn begin(&mut self, position_of: PositionOf) {
+        self.frame_of.set_position(position_of);
+    }
+
+    fn pose(&mut self, body: BodyId, mut frame: Frame) -> Result<(), MotionImportError> {
+        let place = self.place_of[body.index()];
+        let place = place.ok_or_else(|| MotionImportError::Changed { path: self.path.into() })?;
+        while frame.time > self.part.to + self.part.overlap + self.lookahead {
+            self.finish_part()?;
+            self.part = self.part.next();
+            self.joints += 1;
+        }
+        if frame.time > self.known_to[place] {
+            self.frame_of.place(body, &mut frame);
+            let orientation = frame.pose.orientation;
+            frame.pose.orientation = orientation / orientation.length();
+            insert(&mut self.recorded[place].frames, frame);
+            self.kept += 1;
+            if self.kept > MAX_ROWS {
+                let from = self.part.from - self.part.overlap;
+                let (path, row) = (self.path.into(), frame.row);
+                return Err(PoseTableError::Dense { path, row, from: from.max(0.0), to: frame.time }.into());
+            }
+        }
+        Ok(())
+    }
+}
+
+impl PoseStream<'_> {
+    /// Searches the part, writes what is final, and forgets what the next part does not need.
+    fn finish_part(&mut self) -> Result<(), MotionImportError> {
+        let part = self.part;
+        let rows = self.search.search(self.world, &self.recorded, self.v_min, part);
+        self.found.extend(&rows);
+        let failed = |source| MotionImportError::Row { path: self.output.into(), source };
+        for row in &rows.contacts {
+            self.writer.contact(row).map_err(failed)?;
+        }
+        for row in pose_rows(&self.recorded, &rows.states, self.written_to, part.final_to()) {
+            self.writer.pose(&row).map_err(failed)?;
+        }
+        self.written_to = part.final_to();
+        self.kept = 0;
+        for RecordedBody { frames, .. } in &mut self.recorded {
+            let needed = frames.partition_point(|frame| frame.time < part.to - part.overlap);
+            frames.drain(..needed.saturating_sub(KEPT));
+            self.kept += frames.len() as u64;
+        }
+        Ok(())
+    }
+}

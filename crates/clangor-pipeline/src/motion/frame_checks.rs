@@ -1,0 +1,216 @@
+//! Checks recorded frames one at a time: finite numbers, rising times, unit rotations, and no jumps that no
+//! body makes. Only the last two frames of a body are kept, so that a recording of any length can be checked.
+//!
+//! A jump is a single frame much faster than those before and after it, or one as fast as sound. A long
+//! series of fast frames is a fast body. What is allowed but doubtful is counted and becomes notices.
+
+use clangor_core::body::BodyId;
+use glam::DVec3;
+
+use super::recording::{Frame, MAX_TIME, RecordingError, RecordingNotice};
+
+/// How far the length of a quaternion may be from 1; it is made 1.
+const UNIT_TOLERANCE: f64 = 0.01;
+/// A jump is a frame this many times as fast as those before and after it.
+const JUMP_RATIO: f64 = 10.0;
+/// Slowest frame that is taken for a jump [m/s].
+const JUMP_SPEED: f64 = 5.0;
+/// Ratio of the longest to the shortest distance of frames from which a notice is given.
+const UNEVEN: f64 = 1.5;
+/// Angle within a frame from which a notice is given \[rad\]: well below π, where the sense of rotation is
+/// lost.
+const FAST_TURN: f64 = 2.0;
+/// cos(`FAST_TURN` / 2), which is the product of two unit quaternions at that angle.
+const FAST_TURN_COSINE: f64 = 0.540_302_305_868_139_8;
+/// Share of the frames in which a body must fall along z for the axes to be doubted.
+const DOUBTFUL_SHARE: f64 = 0.3;
+/// An acceleration counts as that of gravity within this share of g.
+const NEAR_GRAVITY: f64 = 0.2;
+
+/// The frames of one body so far.
+#[derive(Clone, Debug)]
+pub(crate) struct FrameChecks {
+    sound_speed: f64,
+    gravity: DVec3,
+    /// The last frame.
+    last: Option<Frame>,
+    /// The one before it.
+    before: Option<Frame>,
+    /// Speed of the last interval, and of the one before it; infinite before the first [m/s].
+    speeds: [f64; 2],
+    shortest: f64,
+    longest: f64,
+    /// Largest angle within a frame \[rad\] and its row.
+    fastest: (f64, u64),
+    falls: Falls,
+}
+
+/// Frames with an acceleration, and those of them along −z and along gravity.
+#[derive(Clone, Copy, Debug, Default)]
+struct Falls {
+    all: u64,
+    along_z: u64,
+    right: u64,
+}
+
+impl FrameChecks {
+    /// `sound_speed` [m/s] is that of the medium, which no body reaches; `gravity` is in m/s².
+    pub(crate) fn new(sound_speed: f64, gravity: DVec3) -> Self {
+        FrameChecks {
+            sound_speed,
+            gravity,
+            last: None,
+            before: None,
+            speeds: [f64::INFINITY; 2],
+            shortest: f64::INFINITY,
+            longest: 0.0,
+            fastest: (0.0, 0),
+            falls: Falls::default(),
+        }
+    }
+
+    /// Time of the last frame \[s\].
+    pub(crate) fn last_time(&self) -> Option<f64> {
+        self.last.map(|frame| frame.time)
+    }
+
+    /// Longest distance of two frames so far \[s\].
+    pub(crate) fn longest(&self) -> f64 {
+        self.longest
+    }
+
+    /// Checks the next frame of the body called `name` and makes its rotation unit.
+    ///
+    /// # Errors
+    /// [`RecordingError`] with its row, or that of the frame before.
+    pub(crate) fn push(&mut self, name: &str, frame: &mut Frame) -> Result<(), RecordingError> {
+        self.check_numbers(name, frame)?;
+        if let Some(last) = self.last {
+            self.check_speed(name, &last, frame)?;
+            let span = frame.time - last.time;
+            (self.shortest, self.longest) = (self.shortest.min(span), self.longest.max(span));
+            // The cosine of half the angle is cheap, the angle is not.
+            if last.pose.orientation.dot(frame.pose.orientation).abs() < FAST_TURN_COSINE {
+                let angle = last.pose.rotation_to(&frame.pose).length();
+                if angle > self.fastest.0 {
+                    self.fastest = (angle, frame.row);
+                }
+            }
+            if let Some(before) = self.before {
+                self.count_fall([&before, &last, frame]);
+            }
+        }
+        self.before = self.last.replace(*frame);
+        Ok(())
+    }
+
+    fn check_numbers(&self, name: &str, frame: &mut Frame) -> Result<(), RecordingError> {
+        let Frame { time, pose, row } = *frame;
+        let body = || name.to_string();
+        let numbers = [
+            (time.is_finite(), "t"),
+            (pose.position.is_finite(), "position"),
+            (pose.orientation.is_finite(), "orientation"),
+        ];
+        if let Some((_, what)) = numbers.into_iter().find(|(is_finite, _)| !is_finite) {
+            return Err(RecordingError::NotFinite { body: body(), row, what });
+        }
+        if !(0.0..=MAX_TIME).contains(&time) {
+            return Err(RecordingError::Time { body: body(), row, time });
+        }
+        let length = pose.orientation.length();
+        if (length - 1.0).abs() > UNIT_TOLERANCE {
+            return Err(RecordingError::NotUnit { body: body(), row, length });
+        }
+        frame.pose.orientation = pose.orientation / length;
+        match self.last_time().filter(|before| *before >= time) {
+            Some(before) => Err(RecordingError::Order { body: body(), row, time, before }),
+            None => Ok(()),
+        }
+    }
+
+    fn check_speed(&mut self, name: &str, last: &Frame, frame: &Frame) -> Result<(), RecordingError> {
+        let speed = last.pose.position.distance(frame.pose.position) / (frame.time - last.time);
+        let teleport = |from: &Frame, to: &Frame, speed: f64| RecordingError::Teleport {
+            body: name.into(),
+            row: to.row,
+            distance: from.pose.position.distance(to.pose.position),
+            span: to.time - from.time,
+            speed,
+        };
+        let [middle, earlier] = self.speeds;
+        if let Some(before) = &self.before
+            && middle > JUMP_SPEED
+            && middle > JUMP_RATIO * earlier.max(speed)
+        {
+            return Err(teleport(before, last, middle));
+        }
+        if speed >= self.sound_speed {
+            return Err(teleport(last, frame, speed));
+        }
+        self.speeds = [speed, middle];
+        Ok(())
+    }
+
+    fn count_fall(&mut self, frames: [&Frame; 3]) {
+        let [a, b, c] = frames;
+        let (h, k) = (b.time - a.time, c.time - b.time);
+        let v = (b.pose.position - a.pose.position) / h;
+        let u = (c.pose.position - b.pose.position) / k;
+        let acceleration = (u - v) / (0.5 * (h + k));
+        let g = self.gravity.length();
+        if acceleration.length() <= NEAR_GRAVITY * g {
+            return;
+        }
+        let near = |direction: DVec3| (acceleration - direction).length() < NEAR_GRAVITY * g;
+        self.falls.all += 1;
+        self.falls.along_z += u64::from(near(DVec3::NEG_Z * g));
+        self.falls.right += u64::from(near(self.gravity));
+    }
+
+    /// What should be known about the frames of the body called `name`.
+    fn notices(&self, name: &str) -> Vec<RecordingNotice> {
+        let (shortest, longest) = (self.shortest, self.longest);
+        let uneven = RecordingNotice::Uneven { body: name.into(), shortest, longest };
+        let (angle, row) = self.fastest;
+        let turn = RecordingNotice::FastTurn { body: name.into(), row, degrees: angle.to_degrees() };
+        let found = [(longest > UNEVEN * shortest, uneven), (angle > FAST_TURN, turn)];
+        found.into_iter().filter(|(is_found, _)| *is_found).map(|(_, notice)| notice).collect()
+    }
+}
+
+/// Checks all frames of a body called `name` and makes their rotations unit.
+///
+/// # Errors
+/// [`RecordingError`] with the first bad row.
+pub(crate) fn check_frames(
+    name: &str,
+    frames: &mut [Frame],
+    mut checks: FrameChecks,
+) -> Result<FrameChecks, RecordingError> {
+    frames.iter_mut().try_for_each(|frame| checks.push(name, frame))?;
+    Ok(checks)
+}
+
+/// What should be known about checked bodies, of which the first `from_gltf` come from glTF files; `name`
+/// gives their names.
+pub(crate) fn notices(
+    bodies: &[(BodyId, FrameChecks)],
+    from_gltf: usize,
+    name: &dyn Fn(BodyId) -> String,
+) -> Vec<RecordingNotice> {
+    let mut found: Vec<RecordingNotice> =
+        bodies.iter().flat_map(|(body, checks)| checks.notices(&name(*body))).collect();
+    let (gltf, tables) = bodies.split_at(from_gltf.min(bodies.len()));
+    found.extend(falls_along_z(gltf).then_some(RecordingNotice::ZUpInGltf));
+    found.extend(falls_along_z(tables).then_some(RecordingNotice::ZUp));
+    found
+}
+
+/// Whether bodies accelerate by g along −z in a good share of the frames, and hardly ever along gravity.
+fn falls_along_z(bodies: &[(BodyId, FrameChecks)]) -> bool {
+    let sum = |count: fn(&Falls) -> u64| bodies.iter().map(|(_, checks)| count(&checks.falls)).sum::<u64>();
+    let [all, along_z, right] =
+        [sum(|falls| falls.all), sum(|falls| falls.along_z), sum(|falls| falls.right)];
+    along_z as f64 > DOUBTFUL_SHARE * all as f64 && right * 10 < along_z
+}

@@ -10,10 +10,11 @@ use clangor::pipeline::stages::sound_models::{AccelerationBake, SoundModelReques
 use clangor::{Progress, Stage};
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::errors::raised;
 use crate::progress::Watch;
-use crate::settings::MaterialOrName;
+use crate::settings::{MaterialOrName, check_keywords, keyword};
 
 /// At which frequencies a free body rings, and for how long.
 #[pyclass(frozen, get_all, module = "clangor")]
@@ -32,21 +33,42 @@ pub(crate) struct Modes {
     warnings: Vec<String>,
 }
 
+/// The keywords of [`modes`].
+struct Options {
+    scale: Option<f64>,
+    max_frequency: Option<f64>,
+    accuracy: Option<f64>,
+    progress: Option<Py<PyAny>>,
+}
+
+impl Options {
+    fn of(options: &Bound<'_, PyDict>) -> PyResult<Self> {
+        Ok(Options {
+            scale: keyword(options, "scale")?,
+            max_frequency: keyword(options, "max_frequency")?,
+            accuracy: keyword(options, "accuracy")?,
+            progress: keyword(options, "progress")?,
+        })
+    }
+}
+
 /// All modes of a free body up to a frequency [Hz].
 #[pyfunction]
-#[pyo3(signature = (
-    object, material, *, scale=1.0, max_frequency=20_000.0, accuracy=0.01,
-    progress=None
-))]
+#[pyo3(
+    signature = (object, material, **options),
+    text_signature = "(object, material, *, scale=1.0, max_frequency=20000.0, accuracy=0.01, progress=None)"
+)]
 pub(crate) fn modes(
     py: Python<'_>,
     object: &str,
     material: MaterialOrName,
-    scale: f64,
-    max_frequency: f64,
-    accuracy: f64,
-    progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Modes> {
+    let options = options.cloned().unwrap_or_else(|| PyDict::new(py));
+    check_keywords(&options, &["scale", "max_frequency", "accuracy", "progress"])?;
+    let Options { scale, max_frequency, accuracy, progress } = Options::of(&options)?;
+    let (scale, accuracy) = (scale.unwrap_or(1.0), accuracy.unwrap_or(0.01));
+    let max_frequency = max_frequency.unwrap_or(20_000.0);
     let watch = Watch::new(progress);
     let material = material.material()?;
     let found = py.detach(|| {

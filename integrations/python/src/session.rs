@@ -8,10 +8,11 @@ use clangor::pipeline::stages::render::HeardPressure;
 use clangor::scene::Scene;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::errors::raised;
 use crate::progress::Watch;
-use crate::settings::{Vector, model_options};
+use crate::settings::{Vector, check_keywords, keyword, model_options};
 use crate::sound::Sound;
 use crate::timeline::Timeline;
 
@@ -35,57 +36,95 @@ pub(crate) struct Body {
     position: Vector,
 }
 
+const KEYWORDS: &[&str] = &[
+    "text",
+    "listeners",
+    "duration",
+    "seed",
+    "sample_rate",
+    "quality",
+    "max_frequency",
+    "cache",
+    "timeline",
+    "progress",
+];
+
+/// The keywords of a session.
+struct Options {
+    text: Option<String>,
+    listeners: Option<Vec<Vector>>,
+    duration: Option<f64>,
+    seed: Option<u64>,
+    sample_rate: Option<u32>,
+    quality: Option<String>,
+    max_frequency: Option<f64>,
+    cache: Option<PathBuf>,
+    timeline: Option<PathBuf>,
+    progress: Option<Py<PyAny>>,
+}
+
+impl Options {
+    fn of(options: &Bound<'_, PyDict>) -> PyResult<Self> {
+        Ok(Options {
+            text: keyword(options, "text")?,
+            listeners: keyword(options, "listeners")?,
+            duration: keyword(options, "duration")?,
+            seed: keyword(options, "seed")?,
+            sample_rate: keyword(options, "sample_rate")?,
+            quality: keyword(options, "quality")?,
+            max_frequency: keyword(options, "max_frequency")?,
+            cache: keyword(options, "cache")?,
+            timeline: keyword(options, "timeline")?,
+            progress: keyword(options, "progress")?,
+        })
+    }
+}
+
+impl Options {
+    fn builder(&self, watch: &Watch) -> PyResult<SessionBuilder<'static>> {
+        let reached = watch.clone();
+        let models = model_options(self.quality.as_deref().unwrap_or("normal"), self.max_frequency)?;
+        let mut builder =
+            SessionBuilder::new().models(models).on_progress(move |progress| reached.reached(progress));
+        for position in self.listeners.iter().flatten() {
+            builder = builder.listener(*position);
+        }
+        if let Some(seconds) = self.duration {
+            builder = builder.duration(seconds);
+        }
+        if let Some(seed) = self.seed {
+            builder = builder.seed(seed);
+        }
+        if let Some(hz) = self.sample_rate {
+            builder = builder.sample_rate(hz);
+        }
+        if let Some(folder) = &self.cache {
+            builder = builder.cache(folder);
+        }
+        if let Some(folder) = &self.timeline {
+            builder = builder.keep_timeline(folder, true);
+        }
+        Ok(builder)
+    }
+}
+
 #[pymethods]
 impl Session {
     /// Opens a scene or a timeline. What is not given follows the scene.
     #[new]
-    #[pyo3(signature = (
-        path=None, *, text=None, listeners=None, duration=None, seed=None, sample_rate=None,
-        quality="normal", max_frequency=None, cache=None, timeline=None, progress=None
-    ))]
-    #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
-    fn new(
-        py: Python<'_>,
-        path: Option<PathBuf>,
-        text: Option<String>,
-        listeners: Option<Vec<Vector>>,
-        duration: Option<f64>,
-        seed: Option<u64>,
-        sample_rate: Option<u32>,
-        quality: &str,
-        max_frequency: Option<f64>,
-        cache: Option<PathBuf>,
-        timeline: Option<PathBuf>,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<Self> {
-        let watch = Watch::new(progress);
-        let reached = watch.clone();
-        let mut builder = SessionBuilder::new()
-            .models(model_options(quality, max_frequency)?)
-            .on_progress(move |progress| reached.reached(progress));
-        for position in listeners.unwrap_or_default() {
-            builder = builder.listener(position);
-        }
-        builder = match duration {
-            Some(seconds) => builder.duration(seconds),
-            None => builder,
-        };
-        builder = match seed {
-            Some(seed) => builder.seed(seed),
-            None => builder,
-        };
-        builder = match sample_rate {
-            Some(hz) => builder.sample_rate(hz),
-            None => builder,
-        };
-        builder = match cache {
-            Some(folder) => builder.cache(folder),
-            None => builder,
-        };
-        builder = match timeline {
-            Some(folder) => builder.keep_timeline(folder, true),
-            None => builder,
-        };
+    #[pyo3(
+        signature = (path=None, **options),
+        text_signature = "(path=None, *, text=None, listeners=None, duration=None, seed=None, \
+                          sample_rate=None, quality='normal', max_frequency=None, cache=None, timeline=None, \
+                          progress=None)"
+    )]
+    fn new(py: Python<'_>, path: Option<PathBuf>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let options = options.cloned().unwrap_or_else(|| PyDict::new(py));
+        check_keywords(&options, KEYWORDS)?;
+        let options: Options = Options::of(&options)?;
+        let watch = Watch::new(options.progress.as_ref().map(|callback| callback.clone_ref(py)));
+        let builder = options.builder(&watch)?;
+        let text = options.text;
         let inner = py.detach(|| match (path, text) {
             (Some(path), None) => builder.open(path).map_err(raised),
             (None, Some(text)) => {

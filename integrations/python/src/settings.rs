@@ -3,8 +3,10 @@
 use clangor::material::{Material, presets};
 use clangor::pipeline::session::named_body::preset;
 use clangor::pipeline::stages::sound_models::{ModelOptions, Quality};
-use pyo3::exceptions::PyValueError;
+use pyo3::conversion::FromPyObjectOwned;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::errors::raised;
 
@@ -97,4 +99,29 @@ impl MaterialOrName {
 #[pyfunction]
 pub(crate) fn materials() -> Vec<String> {
     presets::names().map(str::to_owned).collect()
+}
+
+/// Refuses keywords that a function does not have.
+pub(crate) fn check_keywords(options: &Bound<'_, PyDict>, known: &[&str]) -> PyResult<()> {
+    for key in options.keys() {
+        let key: String = key.extract()?;
+        if !known.contains(&key.as_str()) {
+            let message = format!("no keyword \"{key}\"; known: {}", known.join(", "));
+            return Err(PyTypeError::new_err(message));
+        }
+    }
+    Ok(())
+}
+
+/// The value of a keyword, if it is given and not `None`; an error names the keyword.
+pub(crate) fn keyword<'py, T: FromPyObjectOwned<'py>>(
+    options: &Bound<'py, PyDict>,
+    key: &str,
+) -> PyResult<Option<T>> {
+    let Some(value) = options.get_item(key)?.filter(|value| !value.is_none()) else { return Ok(None) };
+    let py = options.py();
+    value.extract::<T>().map(Some).map_err(|error| {
+        let error: PyErr = error.into();
+        PyErr::from_type(error.get_type(py), format!("{key}: {}", error.value(py)))
+    })
 }

@@ -9,10 +9,11 @@ use clangor::{Progress, Strike};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::errors::raised;
 use crate::progress::Watch;
-use crate::settings::{MaterialOrName, Vector, model_options};
+use crate::settings::{MaterialOrName, Vector, check_keywords, keyword, model_options};
 
 /// The sound of one impact.
 #[pyclass(frozen, get_all, module = "clangor")]
@@ -35,33 +36,86 @@ pub(crate) struct StruckSound {
     remarks: Vec<String>,
 }
 
-/// Strikes a body at rest: a shape of the library, a mesh file, or a sound model, by an impulse [N s] or by a
-/// ball (`striker`: material, radius [m], speed [m/s]).
-#[pyfunction]
-#[pyo3(signature = (
-    object, material, *, scale=1.0, impulse=None, striker=None, point=None,
-    listener=None, seconds=None, sample_rate=48_000, quality="normal", max_frequency=None, cache=None,
-    progress=None
-))]
-#[allow(clippy::too_many_arguments, reason = "keywords of Python")]
-pub(crate) fn strike(
-    py: Python<'_>,
-    object: &str,
-    material: MaterialOrName,
-    scale: f64,
+const KEYWORDS: &[&str] = &[
+    "scale",
+    "impulse",
+    "striker",
+    "point",
+    "listener",
+    "seconds",
+    "sample_rate",
+    "quality",
+    "max_frequency",
+    "cache",
+    "progress",
+];
+
+/// The keywords of [`strike`].
+struct Options {
+    scale: Option<f64>,
     impulse: Option<Vector>,
     striker: Option<(MaterialOrName, f64, f64)>,
     point: Option<Vector>,
     listener: Option<Vector>,
     seconds: Option<f64>,
-    sample_rate: u32,
-    quality: &str,
+    sample_rate: Option<u32>,
+    quality: Option<String>,
     max_frequency: Option<f64>,
     cache: Option<PathBuf>,
     progress: Option<Py<PyAny>>,
+}
+
+impl Options {
+    fn of(options: &Bound<'_, PyDict>) -> PyResult<Self> {
+        Ok(Options {
+            scale: keyword(options, "scale")?,
+            impulse: keyword(options, "impulse")?,
+            striker: keyword(options, "striker")?,
+            point: keyword(options, "point")?,
+            listener: keyword(options, "listener")?,
+            seconds: keyword(options, "seconds")?,
+            sample_rate: keyword(options, "sample_rate")?,
+            quality: keyword(options, "quality")?,
+            max_frequency: keyword(options, "max_frequency")?,
+            cache: keyword(options, "cache")?,
+            progress: keyword(options, "progress")?,
+        })
+    }
+}
+
+/// Strikes a body at rest: a shape of the library, a mesh file, or a sound model, by an impulse [N s] or by a
+/// ball (`striker`: material, radius [m], speed [m/s]).
+#[pyfunction]
+#[pyo3(
+    signature = (object, material, **options),
+    text_signature = "(object, material, *, scale=1.0, impulse=None, striker=None, point=None, listener=None, \
+                      seconds=None, sample_rate=48000, quality='normal', max_frequency=None, cache=None, \
+                      progress=None)"
+)]
+pub(crate) fn strike(
+    py: Python<'_>,
+    object: &str,
+    material: MaterialOrName,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<StruckSound> {
+    let options = options.cloned().unwrap_or_else(|| PyDict::new(py));
+    check_keywords(&options, KEYWORDS)?;
+    let Options {
+        scale,
+        impulse,
+        striker,
+        point,
+        listener,
+        seconds,
+        sample_rate,
+        quality,
+        max_frequency,
+        cache,
+        progress,
+    } = Options::of(&options)?;
+    let (scale, sample_rate) = (scale.unwrap_or(1.0), sample_rate.unwrap_or(48_000));
     let watch = Watch::new(progress);
-    let options = model_options(quality, max_frequency)?;
+    let models = model_options(quality.as_deref().unwrap_or("normal"), max_frequency)?;
     let material = material.material()?;
     let striker = match striker {
         Some((material, radius, speed)) => {
@@ -78,7 +132,7 @@ pub(crate) fn strike(
     }
     let sound = py.detach(|| {
         let body = StruckBody::open(object, scale, Some(material)).map_err(raised)?;
-        let mut strike = Strike::new(body).sample_rate(sample_rate).models(options);
+        let mut strike = Strike::new(body).sample_rate(sample_rate).models(models);
         if let Some(point) = point {
             strike = strike.at(DVec3::from_array(point));
         }

@@ -44,8 +44,8 @@ impl Timeline {
     }
 
     /// One row per contact point and instant, as columns: `t` [s], `body_a`, `body_b`, `kind`, `impact_id`,
-    /// `impulse_n` [N s], `depth` [m], and `point_x`, `normal_x`, `impulse_t_x`, `couple_x`, `velocity_x` with
-    /// their `_y` and `_z`.
+    /// `impulse_n` [N s], `depth` [m], and `point_x`, `normal_x`, `impulse_t_x`, `couple_x`, `velocity_x`
+    /// with their `_y` and `_z`.
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let rows = &self.contacts;

@@ -9,9 +9,9 @@ use glam::DVec3;
 
 use super::impact_threshold::{MAX_HITS, bend, rest_speed};
 use super::manifold::tangents;
-use super::mover::Mover;
+use super::mover::{Kick, Mover};
 use super::pair::{Pair, SLOP, Step};
-use super::reactions::{HELD, Kick, Reactions};
+use super::reactions::{HELD, Reactions};
 use super::state::BodyState;
 
 /// Fraction of an overlap that is removed per step.
@@ -108,6 +108,22 @@ impl<'a> PairContext<'a> {
         }
     }
 
+    /// Effective masses and coupling with the reactions of joints; `free` has those without. No mass where
+    /// joints hold the point.
+    fn linked_masses(
+        &self,
+        ends: [(usize, DVec3); 2],
+        normal: DVec3,
+        free: [f64; 3],
+    ) -> ([f64; 3], [f64; 2]) {
+        let [t1, t2] = self.tangents;
+        let response = |along: DVec3| self.reactions.response(self.movers, ends, along);
+        let pushed = response(normal);
+        let inverse = [pushed.dot(normal), response(t1).dot(t1), response(t2).dot(t2)];
+        let mass = |k: usize| if inverse[k] * free[k] > HELD { inverse[k].recip() } else { 0.0 };
+        ([0, 1, 2].map(mass), [pushed.dot(t1), pushed.dot(t2)])
+    }
+
     /// The row of a contact point; `None`, and its carried impulse is reset, if it cannot bear in this step.
     pub(super) fn row(&self, pair: &mut Pair, k: usize, step: &Step) -> Option<Row> {
         let (mover_a, mover_b, normal) = (self.mover_a, self.mover_b, pair.normal);
@@ -155,18 +171,11 @@ impl<'a> PairContext<'a> {
         let [t1, t2] = self.tangents;
         let (a, b) = (pair.key.a as usize, pair.key.b as usize);
         let linked = self.reactions.holds(a) || self.reactions.holds(b);
-        let mut mass = [normal, t1, t2].map(|d| inverse_mass(d, d).recip());
-        let mut coupling = [inverse_mass(normal, t1), inverse_mass(normal, t2)];
-        if linked {
-            let ends = [(a, point.arm_a), (b, point.arm_b)];
-            let response = |along: DVec3| self.reactions.response(self.movers, ends, along);
-            for (mass, along) in mass.iter_mut().zip([normal, t1, t2]) {
-                let inverse = response(along).dot(along);
-                *mass = if inverse * *mass > HELD { inverse.recip() } else { 0.0 };
-            }
-            let pushed = response(normal);
-            coupling = [pushed.dot(t1), pushed.dot(t2)];
-        }
+        let free = [normal, t1, t2].map(|d| inverse_mass(d, d).recip());
+        let (mass, coupling) = match linked {
+            true => self.linked_masses([(a, point.arm_a), (b, point.arm_b)], normal, free),
+            false => (free, [inverse_mass(normal, t1), inverse_mass(normal, t2)]),
+        };
         let rolling_loss = pair.coefficients.rolling_loss;
         Some(Row {
             a,

@@ -15,9 +15,8 @@
 use clangor_core::pose::Pose;
 use glam::{DMat3, DVec3};
 
-use super::mover::Mover;
+use super::mover::{Kick, Mover};
 use super::pair::Step;
-use super::reactions::Kick;
 use super::state::BodyState;
 use super::step_log::StepLog;
 

@@ -6,8 +6,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
 use super::joint::Blocked;
-use super::mover::Mover;
-use super::reactions::Kick;
+use super::mover::{Kick, Mover};
 
 /// Pivots of the scaled A below this are those of rows that say the same.
 const REDUNDANT: f64 = 1e-9;

@@ -2,6 +2,9 @@
 
 use glam::{DMat3, DVec3};
 
+/// An impulse at the centre of mass of a mover, and an angular impulse.
+pub(super) type Kick = (usize, DVec3, DVec3);
+
 /// Velocities and inertia of a body at one pose.
 #[derive(Clone, Copy)]
 pub(super) struct Mover {

@@ -4,8 +4,8 @@
 //!
 //! `J M⁻¹ (P + Jᵀ λ) = 0`, so `λ = −A⁺ J M⁻¹ P` with `A = J M⁻¹ Jᵀ`.
 //!
-//! J has one row for each blocked direction (`joint`), M⁻¹ the inverse masses and inertias. The pseudo-inverse
-//! A⁺ (`joint_row`) also serves rows that say the same, as those of two hinges of a door. Contacts are solved
+//! J has one row for each blocked direction (`joint`), M⁻¹ the inverse masses and inertias. The
+//! pseudo-inverse A⁺ (`joint_row`) also serves rows that say the same, as those of two hinges of a door. Contacts are solved
 //! against bodies that react in this way, so that a joint is as hard in an impact as at rest.
 //!
 //! A rope is a row whose impulse only pulls. While it pulls in a step it reacts like a rod; before that it
@@ -20,7 +20,7 @@ use glam::DVec3;
 use super::joint::{Blocked, PlacedEnds};
 use super::joint_row::{Rope, Row, pseudo_inverse};
 use super::linkage::Linkages;
-use super::mover::Mover;
+use super::mover::{Kick, Mover};
 use super::step_log::StepLog;
 
 /// Joints hold a point where its mobility is below this part of that without them: nothing moves it.
@@ -36,9 +36,6 @@ struct Solved {
     rows: Range<usize>,
     inverse: Vec<f64>,
 }
-
-/// An impulse at the centre of mass of a mover, and an angular impulse.
-pub(super) type Kick = (usize, DVec3, DVec3);
 
 /// The joints of some linkages at one instant.
 #[derive(Default)]

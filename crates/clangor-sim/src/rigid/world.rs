@@ -102,13 +102,7 @@ impl RigidWorld {
         };
         let linkages = Linkages::try_new(&world.links, &bodies)
             .map_err(|body| unknown("links without a body", BodyId(body as u32)))?;
-        for joint in &linkages.joints {
-            let gap = joint.gap(&|body| bodies[body].start_pose());
-            let near = joint.ends[0].body.and_then(|body| world.bodies.get(body));
-            if let Some(body) = near.filter(|_| gap > OPEN || gap.is_nan()) {
-                return Err(SimulationError::OpenJoint { body: body.name.clone(), gap });
-            }
-        }
+        refuse_open_joints(&linkages, &bodies, world)?;
         (0..bodies.len()).for_each(|body| restless[body] = linkages.of(body).is_some());
         let mut springs = Vec::new();
         for link in &world.links {
@@ -247,24 +241,7 @@ impl RigidWorld {
     ) -> Result<(), SimulationError> {
         let step = Step { time: self.time(), length: self.time_step, gravity: self.gravity };
         log.clear();
-        // Fly to the middle of the step and update the contacts there.
-        let mut rebuild = self.paired < self.bodies.len();
-        let mut released = Vec::new();
-        for (index, body) in self.bodies.iter_mut().enumerate() {
-            if body.release(step.time, step.length) {
-                released.push(index);
-                rebuild = true;
-            }
-            body.begin_step(step.time, step.length);
-            rebuild |= body.moved > 0.5 * body.margin;
-        }
-        self.check_finite()?;
-        if rebuild {
-            self.find_pairs();
-        }
-        if !released.is_empty() {
-            self.refuse_overlaps(|pair| pair.ends().iter().any(|end| released.contains(end)))?;
-        }
+        self.begin_step(&step)?;
         for pair in &mut self.pairs {
             pair.begin_step(&self.bodies, &self.shapes, &step, &mut self.scratch);
         }
@@ -321,6 +298,28 @@ impl RigidWorld {
             self.contact.sort(&self.bodies, &self.pairs, self.gravity);
         }
         self.check_finite()
+    }
+
+    /// Flies to the middle of the step, lets bodies go whose time has come, and finds the pairs there.
+    fn begin_step(&mut self, step: &Step) -> Result<(), SimulationError> {
+        let mut rebuild = self.paired < self.bodies.len();
+        let mut released = Vec::new();
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            if body.release(step.time, step.length) {
+                released.push(index);
+                rebuild = true;
+            }
+            body.begin_step(step.time, step.length);
+            rebuild |= body.moved > 0.5 * body.margin;
+        }
+        self.check_finite()?;
+        if rebuild {
+            self.find_pairs();
+        }
+        if !released.is_empty() {
+            self.refuse_overlaps(|pair| pair.ends().iter().any(|end| released.contains(end)))?;
+        }
+        Ok(())
     }
 
     fn loose(&self, joint: usize, gap: f64) -> SimulationError {
@@ -381,4 +380,20 @@ impl RigidWorld {
             _ => Ok(()),
         }
     }
+}
+
+/// Refuses joints whose ends do not meet at the start.
+fn refuse_open_joints(
+    linkages: &Linkages,
+    bodies: &[BodyState],
+    world: &World,
+) -> Result<(), SimulationError> {
+    for joint in &linkages.joints {
+        let gap = joint.gap(&|body| bodies[body].start_pose());
+        let near = joint.ends[0].body.and_then(|body| world.bodies.get(body));
+        if let Some(body) = near.filter(|_| gap > OPEN || gap.is_nan()) {
+            return Err(SimulationError::OpenJoint { body: body.name.clone(), gap });
+        }
+    }
+    Ok(())
 }

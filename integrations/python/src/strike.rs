@@ -88,7 +88,8 @@ impl Options {
 #[pyfunction]
 #[pyo3(
     signature = (object, material, **options),
-    text_signature = "(object, material, *, scale=1.0, impulse=None, striker=None, point=None, listener=None, \
+    text_signature = "(object, material, *, scale=1.0, impulse=None, striker=None, point=None, \
+                      listener=None, \
                       seconds=None, sample_rate=48000, quality='normal', max_frequency=None, cache=None, \
                       progress=None)"
 )]

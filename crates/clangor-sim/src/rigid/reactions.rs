@@ -5,8 +5,9 @@
 //! `J M⁻¹ (P + Jᵀ λ) = 0`, so `λ = −A⁺ J M⁻¹ P` with `A = J M⁻¹ Jᵀ`.
 //!
 //! J has one row for each blocked direction (`joint`), M⁻¹ the inverse masses and inertias. The
-//! pseudo-inverse A⁺ (`joint_row`) also serves rows that say the same, as those of two hinges of a door. Contacts are solved
-//! against bodies that react in this way, so that a joint is as hard in an impact as at rest.
+//! pseudo-inverse A⁺ (`joint_row`) also serves rows that say the same, as those of two hinges of a door.
+//! Contacts are solved against bodies that react in this way, so that a joint is as hard in an impact as at
+//! rest.
 //!
 //! A rope is a row whose impulse only pulls. While it pulls in a step it reacts like a rod; before that it
 //! takes part in the sweeps of contacts like a contact. Differs from contacts: it becomes taut at the middle

@@ -293,9 +293,7 @@ impl<'p> Session<'p> {
         let (Some(motion), Some(models)) = (&self.motion, &self.models) else {
             return Err(Error::Interrupted);
         };
-        let on_progress = &mut self.on_progress;
-        let mut reached =
-            |done: f64| on_progress(&Progress { stage: Stage::Render, done, body: "", step: "render" });
+        let mut reached = |done: f64| (self.on_progress)(&Progress::of_render(done));
         let (bodies, options) = (&self.source.bodies, &self.options);
         let summary =
             render(bodies, &models.bodies, &motion.timeline, options, output.as_ref(), &mut reached)?;
@@ -317,9 +315,7 @@ impl<'p> Session<'p> {
         let (Some(motion), Some(models)) = (&self.motion, &self.models) else {
             return Err(Error::Interrupted);
         };
-        let on_progress = &mut self.on_progress;
-        let mut reached =
-            |done: f64| on_progress(&Progress { stage: Stage::Render, done, body: "", step: "render" });
+        let mut reached = |done: f64| (self.on_progress)(&Progress::of_render(done));
         let (bodies, options) = (&self.source.bodies, &self.options);
         Ok(render_in_memory(bodies, &models.bodies, &motion.timeline, options, &mut reached)?)
     }

@@ -1,9 +1,11 @@
-//! Free bodies fly between listed impacts: parabolas, spins by friction, and every codec alike; lists that
-//! lead elsewhere are told.
+//! Free bodies fly between listed impacts: parabolas, spins by friction, and every codec alike; notices
+//! name lists that lead elsewhere.
+
+#[allow(dead_code)]
+mod parquet_columns;
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{PoseRow, Timeline};
@@ -12,10 +14,7 @@ use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
 use parquet::basic::{BrotliLevel, Compression, GzipLevel, ZstdLevel};
-use parquet::data_type::DoubleType;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::parser::parse_message_type;
+use parquet_columns::write_columns;
 
 const SCENE: &str = r#"version = 1
 [simulation]
@@ -85,23 +84,13 @@ fn csv(rows: &[[f64; 13]]) -> String {
 }
 
 fn write_parquet(path: &Path, rows: &[[f64; 13]], compression: Compression) {
-    let names = COLUMNS.iter().chain(&["speed"]);
-    let fields: String = names.map(|name| format!("required double {name};")).collect();
-    let schema = Arc::new(parse_message_type(&format!("message rows {{ {fields} }}")).unwrap());
-    let properties = Arc::new(WriterProperties::builder().set_compression(compression).build());
-    let mut writer = SerializedFileWriter::new(fs::File::create(path).unwrap(), schema, properties).unwrap();
-    let mut group = writer.next_row_group().unwrap();
-    for index in 0..13 {
-        let values: Vec<f64> = rows.iter().map(|row| row[index]).collect();
-        let mut column = group.next_column().unwrap().unwrap();
-        column.typed::<DoubleType>().write_batch(&values, None, None).unwrap();
-        column.close().unwrap();
-    }
-    group.close().unwrap();
-    writer.close().unwrap();
+    let names = COLUMNS.into_iter().chain(["speed"]).enumerate();
+    let columns: Vec<(&str, Vec<f64>)> =
+        names.map(|(index, name)| (name, rows.iter().map(|row| row[index]).collect())).collect();
+    write_columns(path, &columns, compression);
 }
 
-/// Imports a list; its timeline and what is told.
+/// Imports a list; its timeline and notices.
 fn import(scene: &str, write: &dyn Fn(&Path), name: &str) -> Result<(Timeline, Vec<String>), String> {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();

@@ -71,7 +71,7 @@ fn node(motion: &Value, material: usize) -> Value {
     } } })
 }
 
-/// Imports it; the bodies, what is told, and the impacts.
+/// Imports it; the bodies, the notices, and the impacts.
 fn run(shape: &Value, node: &Value, half_height: f64) -> Result<(Vec<Body>, Vec<String>, usize), String> {
     let (document, bytes) = document(shape, node, half_height);
     let folder = folder(SCENE, &[("a.gltf", &document.to_string())]);

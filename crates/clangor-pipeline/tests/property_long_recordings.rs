@@ -1,21 +1,20 @@
 //! Tables of poses that are read as a stream: parts of any length give what a search in one piece gives, and
 //! so does a table that is kept in memory because it is not in order.
 
+#[allow(dead_code)]
+mod parquet_columns;
 mod recorded_motion;
 
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
 use clangor_pipeline::stages::load::{LoadedScene, load_scene};
-use parquet::data_type::DoubleType;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::parser::parse_message_type;
+use parquet::basic::Compression;
+use parquet_columns::write_alike;
 use recorded_motion::{folder, import};
 
 const SCENE: &str = r#"version = 1
@@ -136,38 +135,13 @@ fn property_mistakes_late_in_a_long_table_are_told_before_anything_is_written() 
     assert!(!folder.path().join("out.timeline").exists());
 }
 
-/// Writes groups of rows that are all alike: how many, and the value of each column.
-fn write_groups(path: &Path, names: &[&str], groups: &[(usize, &[f64])]) {
-    let fields: String = names.iter().map(|name| format!("required double {name};")).collect();
-    let schema = Arc::new(parse_message_type(&format!("message rows {{ {fields} }}")).unwrap());
-    let file = fs::File::create(path).unwrap();
-    let mut writer =
-        SerializedFileWriter::new(file, schema, Arc::new(WriterProperties::builder().build())).unwrap();
-    for (rows, values) in groups {
-        let mut group = writer.next_row_group().unwrap();
-        for value in *values {
-            let mut column = group.next_column().unwrap().unwrap();
-            let batch = vec![*value; 1 << 20];
-            let mut left = *rows;
-            while left > 0 {
-                let count = left.min(batch.len());
-                column.typed::<DoubleType>().write_batch(&batch[..count], None, None).unwrap();
-                left -= count;
-            }
-            column.close().unwrap();
-        }
-        group.close().unwrap();
-    }
-    writer.close().unwrap();
-}
-
 #[test]
 fn property_a_long_table_that_is_not_in_order_is_refused_with_its_row() {
     let folder = folder(SCENE, &[]);
     let names = ["t", "body", "position_x", "position_y", "position_z"];
     let groups: [(usize, &[f64]); 2] =
         [(1, &[10.0, 0.0, 0.0, 1.0, 0.0]), (20_000_000, &[0.0, 1.0, 0.0, 1.0, 0.0])];
-    write_groups(&folder.path().join("long.parquet"), &names, &groups);
+    write_alike(&folder.path().join("long.parquet"), &names, &groups, Compression::UNCOMPRESSED);
     let message = import(folder.path(), &["long.parquet"], &[], false).unwrap_err();
     assert!(message.contains("row 1: t = 0 s comes after t = 10 s"), "{message}");
     assert!(message.contains("sort it by t"), "{message}");

@@ -1,11 +1,12 @@
 //! Input of recorded motion where a reader may go wrong without a message: times in 32 bits, axes, origins,
 //! clocks, names that look like numbers, and lists that claim too much.
 
+#[allow(dead_code)]
+mod parquet_columns;
 mod recorded_motion;
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::Timeline;
@@ -16,10 +17,7 @@ use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
 use parquet::basic::{Compression, ZstdLevel};
-use parquet::data_type::DoubleType;
-use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
-use parquet::schema::parser::parse_message_type;
+use parquet_columns::write_alike;
 use recorded_motion::{folder, import};
 use serde_json::{Value, json};
 
@@ -376,36 +374,14 @@ fn property_a_name_that_looks_like_a_number_is_a_name() {
     }
 }
 
-/// Writes a Parquet file with a column of doubles for each name, and its value in all of `rows` rows.
-fn write_parquet(path: &Path, columns: &[(&str, f64)], rows: usize) {
-    let fields: String = columns.iter().map(|(name, _)| format!("required double {name};")).collect();
-    let schema = Arc::new(parse_message_type(&format!("message rows {{ {fields} }}")).unwrap());
-    let properties = WriterProperties::builder().set_compression(Compression::ZSTD(ZstdLevel::default()));
-    let file = fs::File::create(path).unwrap();
-    let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties.build())).unwrap();
-    let mut group = writer.next_row_group().unwrap();
-    for (_, value) in columns {
-        let mut column = group.next_column().unwrap().unwrap();
-        let batch = vec![*value; 1 << 20];
-        let mut left = rows;
-        while left > 0 {
-            let count = left.min(batch.len());
-            column.typed::<DoubleType>().write_batch(&batch[..count], None, None).unwrap();
-            left -= count;
-        }
-        column.close().unwrap();
-    }
-    group.close().unwrap();
-    writer.close().unwrap();
-}
-
 #[test]
 fn property_tables_that_claim_too_much_are_refused_before_they_are_read() {
     let folder = folder(SCENE, &[]);
     let path = folder.path();
     // Twenty-one million contacts in 300 kB. (Poses are a stream.)
-    let columns = [("t", 0.0), ("body_a", 0.0), ("point_x", 0.0), ("point_y", 0.0), ("point_z", 0.0)];
-    write_parquet(&path.join("long.parquet"), &columns, 21_000_000);
+    let zstd = Compression::ZSTD(ZstdLevel::default());
+    let names = ["t", "body_a", "point_x", "point_y", "point_z"];
+    write_alike(&path.join("long.parquet"), &names, &[(21_000_000, &[0.0; 5])], zstd);
     let size = fs::metadata(path.join("long.parquet")).unwrap().len();
     assert!(size < 500_000, "{size} bytes");
     fs::write(path.join("a.csv"), falling(240.0, 1)).unwrap();
@@ -421,8 +397,7 @@ fn property_tables_that_claim_too_much_are_refused_before_they_are_read() {
     let message = import(path, &["line.csv"], &[], false).unwrap_err();
     assert!(message.contains("line 2: the line is longer"), "{message}");
     // A row of a Parquet file is no line.
-    let columns = [("t", 0.3), ("body_a", 9.0)];
-    write_parquet(&path.join("list.parquet"), &columns, 1);
+    write_alike(&path.join("list.parquet"), &["t", "body_a"], &[(1, &[0.3, 9.0])], zstd);
     let message = import(path, &["a.csv"], &["list.parquet"], false).unwrap_err();
     assert!(message.contains("row 0: body_a is 9"), "{message}");
 }

@@ -1,4 +1,4 @@
-//! Which bodies of a scene fly by a contact list, and what is told of it.
+//! Which bodies of a scene fly by a contact list, and which notices say so.
 //!
 //! Free bodies with a row fly, unless a link or a support holds them. A body whose flight leads past one of
 //! its listed impacts by more than its own size is not where the list has it: it stays where the scene starts
@@ -14,7 +14,7 @@ use crate::stages::load::LoadedScene;
 
 /// Poses in a second where the scene writes none.
 const DEFAULT_RATE: f64 = 1000.0;
-/// Difference of approaches that is told, as a share of the listed one; simulators with steps of a
+/// Difference of approaches from which a notice is given, as a share of the listed one; simulators with steps of a
 /// millisecond are within 1 % at 1 m/s.
 const APPROACH_TOLERANCE: f64 = 0.05;
 

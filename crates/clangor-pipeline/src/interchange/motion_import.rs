@@ -145,10 +145,7 @@ fn import_in_memory(
     } else {
         (read_contacts(&world, &recorded, files, &mut remarks)?, Vec::<PoseRow>::new())
     };
-    let last_of = |body: &Body| match &body.motion {
-        Motion::Keyframed(track) => track.keys().last().map(|key| key.time),
-        _ => None,
-    };
+    let last_of = |body: &Body| body.motion.track()?.keys().last().map(|key| key.time);
     let frames = recorded.iter().filter_map(|body| Some(body.frames.last()?.time));
     let keys = world.bodies[loaded.world.bodies.len()..].iter().filter_map(last_of);
     let duration = frames.chain(keys).chain(contacts.iter().map(|row| row.time)).fold(0.0, f64::max);

@@ -7,12 +7,12 @@
 //!
 //! A list is more exact than what follows from it over many flights. At an impact a body is therefore shifted
 //! until the listed point lies on its surface, and if nothing else touches it then, the approach is that
-//! of the list. Both corrections are told at their largest. A body whose flight meets a plane or a body
+//! of the list. A notice gives the largest of both corrections. A body whose flight meets a plane or a body
 //! that does not move, with no row to turn it back, rests there until its next row.
 //!
 //! This is no simulation: free bodies pass through each other where the list has no contact, and a body that
 //! rests on another free body falls unless the list has the forces that hold it. Links and supports are not
-//! known here; who calls leaves out the bodies that have them.
+//! known here; the caller leaves out the bodies that have them.
 
 use std::io;
 use std::sync::Arc;
@@ -289,10 +289,7 @@ impl Flyer<'_> {
         }
         let own = Placed { sampled: &self.sampled, pose: self.state.pose };
         let found = obstacles.iter().flat_map(|(body, sampled)| {
-            let pose = match &body.motion {
-                Motion::Keyframed(track) => track.sample(self.time).0,
-                _ => body.pose,
-            };
+            let pose = body.motion.track().map_or(body.pose, |track| track.sample(self.time).0);
             touches(own, Placed { sampled, pose }, 0.0)
         });
         let deepest = found.min_by(|a, b| a.gap.total_cmp(&b.gap));

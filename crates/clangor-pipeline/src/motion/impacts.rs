@@ -319,13 +319,9 @@ impl<'a> Scene<'a> {
 
 /// A body without frames: by its keyframes, or where it stands.
 fn state_of_unrecorded(body: &Body, time: f64) -> State {
-    match &body.motion {
-        Motion::Keyframed(track) => {
-            let (pose, velocity, angular_velocity) = track.sample(time);
-            State { pose, velocity, angular_velocity }
-        }
-        _ => State { pose: body.pose, velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO },
-    }
+    let still = (body.pose, DVec3::ZERO, DVec3::ZERO);
+    let (pose, velocity, angular_velocity) = body.motion.track().map_or(still, |track| track.sample(time));
+    State { pose, velocity, angular_velocity }
 }
 
 /// Jumps of the frames around an instant, of a body without an impact there.

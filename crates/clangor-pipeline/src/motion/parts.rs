@@ -10,7 +10,7 @@
 //! within two frames. What two parts find in their overlap is therefore the same, but for their ends. They
 //! are joined at the middle of the overlap if they agree in its inner half, otherwise where they agree
 //! nearest to it. Impacts are then those of a search in the whole recording, which tests compare row by
-//! row; the search itself does not prove it, and says at how many joints the parts agreed nowhere.
+//! row; the search itself does not prove it, and counts the joints at which the parts did not agree.
 
 use std::collections::BTreeMap;
 
@@ -55,7 +55,7 @@ pub(crate) struct PartSearch {
     tail: Option<MotionImpacts>,
     /// Impacts so far.
     impacts: u64,
-    /// Joints at which the parts agreed nowhere.
+    /// Joints at which the parts did not agree.
     pub(crate) doubtful_joints: u64,
 }
 

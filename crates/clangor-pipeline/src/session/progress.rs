@@ -31,6 +31,11 @@ pub struct Progress<'a> {
 }
 
 impl Progress<'_> {
+    /// A rendering of which this part is done.
+    pub(super) fn of_render(done: f64) -> Self {
+        Progress { stage: Stage::Render, done, body: "", step: "render" }
+    }
+
     /// A stage at `time` of `total` \[s\].
     pub(super) fn of_time(stage: Stage, step: &'static str, (time, total): (f64, f64)) -> Self {
         let done = if total > 0.0 { time / total } else { 1.0 };

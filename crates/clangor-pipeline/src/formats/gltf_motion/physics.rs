@@ -18,7 +18,7 @@ pub struct NodePhysics {
     pub mass: Option<f64>,
     /// Inertia about the centre of mass, in the axes of the node [kg m²].
     pub inertia: Option<DMat3>,
-    /// Whether it is moved from outside (`isKinematic`, or an infinite mass), and so yields to no impact.
+    /// Whether it is moved from outside (`isKinematic`, or an infinite mass), and so no impact moves it.
     pub is_kinematic: bool,
     /// Whether the extension gives it a centre of mass.
     pub has_centre: bool,
@@ -99,7 +99,7 @@ fn number(
     }
 }
 
-/// R diag(I) Rᵀ; `None` where it is not told or infinite.
+/// R diag(I) Rᵀ; `None` where the file has none, or it is infinite.
 fn inertia(diagonal: Option<&Value>, orientation: Option<&Value>) -> Result<Option<DMat3>, PhysicsFault> {
     let Some(diagonal) = diagonal else { return Ok(None) };
     let fault =

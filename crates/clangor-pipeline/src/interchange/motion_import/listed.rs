@@ -59,10 +59,7 @@ pub(super) fn read_contacts(
 /// First and last instant at which files move anything \[s\].
 fn span(world: &World, recorded: &[RecordedBody]) -> [f64; 2] {
     let frames = recorded.iter().flat_map(|body| [body.frames.first(), body.frames.last()]).flatten();
-    let tracks = world.bodies.iter().filter_map(|body| match &body.motion {
-        Motion::Keyframed(track) => Some(track.keys()),
-        _ => None,
-    });
+    let tracks = world.bodies.iter().filter_map(|body| Some(body.motion.track()?.keys()));
     let keys = tracks.flat_map(|keys| [keys.first(), keys.last()]).flatten();
     let times = frames.map(|frame| frame.time).chain(keys.map(|key| key.time));
     times.fold([f64::INFINITY, 0.0], |[from, to], time| [time.min(from), time.max(to)])

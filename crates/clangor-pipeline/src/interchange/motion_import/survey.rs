@@ -217,14 +217,16 @@ impl PoseSink for Surveyor<'_> {
 mod tests {
     use clangor_core::body::Body;
     use clangor_core::material::presets::preset;
+    use clangor_core::medium::Medium;
     use clangor_core::pose::Pose;
+    use clangor_core::scene::STANDARD_GRAVITY;
     use glam::DVec3;
 
     use super::*;
 
     /// A table of this many rows in an hour, with a body that has no frame for `gap` seconds.
     fn table(rows: u64, gap: f64) -> Survey {
-        let mut checks = FrameChecks::new(343.0, DVec3::NEG_Y * 9.8);
+        let mut checks = FrameChecks::new(Medium::AIR.sound_speed, STANDARD_GRAVITY);
         for time in [0.0, gap] {
             checks.push("still", &mut Frame { time, pose: Pose::at(DVec3::ZERO), row: 0 }).unwrap();
         }
@@ -234,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_that_would_fill_the_memory_is_told() {
+    fn a_gap_that_would_fill_the_memory_is_refused() {
         let bodies = vec![Body::sphere("still", preset("steel").unwrap(), 0.01)];
         let world = World { bodies, links: Vec::new(), gravity: DVec3::NEG_Y };
         let plan = |rows: u64, gap: f64| table(rows, gap).plan(Path::new("a.parquet"), &world, None);

@@ -14,8 +14,8 @@ use crate::stages::load::LoadedScene;
 
 /// Poses in a second where the scene writes none.
 const DEFAULT_RATE: f64 = 1000.0;
-/// Difference of approaches from which a notice is given, as a share of the listed one; simulators with steps of a
-/// millisecond are within 1 % at 1 m/s.
+/// Difference of approaches from which a notice is given, as a share of the listed one. Simulators with steps
+/// of a millisecond are within 1 % at 1 m/s.
 const APPROACH_TOLERANCE: f64 = 0.05;
 
 /// The flights of a list.

@@ -92,6 +92,39 @@ fn analytic_a_bounce_between_frames_is_found_at_its_instant() {
     }
 }
 
+/// What a body did before its first frame is not recorded; one that is released at rest there explains an
+/// impact before the second frame.
+#[test]
+fn analytic_a_ball_released_at_rest_lands_before_its_second_frame() {
+    let ball = Body::sphere("ball", presets::STEEL.material(), 0.01);
+    for rate in [24.0, 60.0, 120.0] {
+        let instant = 0.8 / rate;
+        let (before, after) = (GRAVITY * instant, DVec3::new(0.02, 1.5, 0.0));
+        let flights = [before, after].map(|velocity| Flight {
+            from: instant,
+            pose: Pose::at(DVec3::Y * 0.01),
+            velocity,
+            spin: DVec3::ZERO,
+        });
+        let path = |time: f64| flights[usize::from(time > instant)].at(time);
+        let found = find_impacts(&world(vec![ball.clone(), floor()]), &[sampled(0, rate, 0.3, path)], 0.05);
+        let rows = heard(&found);
+        assert_eq!(rows.len(), 1, "{rate} Hz: {rows:?}");
+        let row = rows[0];
+        let normal = ball.mass * (after - before).y;
+        println!(
+            "{rate} Hz: {:.1e} s, {:.1e} m/s, impulse {:.1e}",
+            row.time - instant,
+            row.approach_speed() + before.y,
+            row.impulse_n / normal - 1.0
+        );
+        // Seen: TIME s, SPEED m/s, IMPULSE of the impulse.
+        assert!((row.time - instant).abs() < 1e-12, "{rate} Hz: {}", row.time);
+        assert!((row.approach_speed() + before.y).abs() < 1e-12, "{rate} Hz: {}", row.approach_speed());
+        assert!((row.impulse_n / normal - 1.0).abs() < 1e-10, "{rate} Hz: {} for {normal}", row.impulse_n);
+    }
+}
+
 /// A cube, whose inertia is a number, hits the floor with a corner: an impulse J there gives Δv = J/m and
 /// Δω = r × J / I.
 #[test]

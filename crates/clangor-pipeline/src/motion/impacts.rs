@@ -268,6 +268,7 @@ impl<'a> Scene<'a> {
         };
         let mut is_supported = false;
         let state = match window {
+            Some(JumpWindow { first: 0, .. }) => kinematics.released(time),
             Some(window) => {
                 is_supported = window.first > 1 && kinematics.is_supported(window.first - 1);
                 kinematics.continued(window.first - 1, time)

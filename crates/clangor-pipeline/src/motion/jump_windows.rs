@@ -24,6 +24,8 @@ use super::kinematics::{Jump, Kinematics};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
+/// Mean speed in the first frame, over that of free fall, from which a body is not supported there.
+const MOVES: f64 = 0.05;
 /// Cosine between two jumps from which they are one.
 const SAME_DIRECTION: f64 = 0.9;
 /// Unexplained share of the energy of a jump up to which it is shared by two impacts.
@@ -58,8 +60,8 @@ pub(super) struct JumpWindow {
 /// The impacts of a body, in order of time.
 pub(super) fn jump_windows(body: BodyId, kinematics: &Kinematics<'_>, v_min: f64) -> Vec<JumpWindow> {
     let run = Run { body, kinematics, thresholds: thresholds(kinematics, v_min) };
-    let mut windows: Vec<JumpWindow> = Vec::new();
-    let mut k = 1;
+    let mut windows: Vec<JumpWindow> = run.of_release(v_min).into_iter().collect();
+    let mut k = 1 + windows.len();
     while k + 1 < kinematics.frames.len() {
         if !run.is_hit(k) {
             k += 1;
@@ -85,6 +87,25 @@ struct Run<'a> {
 impl Run<'_> {
     fn is_hit(&self, k: usize) -> bool {
         self.kinematics.jumps.get(k).is_some_and(|jump| jump.size > self.thresholds[k])
+    }
+
+    /// The impact in the first frame of a body that is released at rest there: its two shares have one
+    /// direction. A support in the frames after it does not hide it, as a supported body does not move.
+    fn of_release(&self, v_min: f64) -> Option<JumpWindow> {
+        let kinematics = self.kinematics;
+        let (first, second) = (kinematics.release, *kinematics.jumps.get(1)?);
+        let dot = |a: &Jump, b: &Jump| product(kinematics, 0, a, b);
+        let squares = dot(&first, &first) * dot(&second, &second);
+        let gravity = kinematics.inertia.gravity.length();
+        let starts = kinematics.intervals[0].velocity.length() > MOVES * gravity * first.span;
+        let is_hit =
+            self.is_hit(1) || starts && second.size > unsupported_threshold(v_min, gravity * second.span);
+        if !is_hit || dot(&first, &second) <= SAME_DIRECTION * squares.sqrt() {
+            return None;
+        }
+        let whole = sum(&first, &second);
+        let part = dot(&second, &whole) / dot(&whole, &whole);
+        Some(self.shared(0, whole, part.clamp(0.0, 1.0)))
     }
 
     /// The first impacts of a run of frames that count, and how many of its frames they take; `before` is the
@@ -232,9 +253,14 @@ fn thresholds(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<f64> {
                 jumps.get(low..high).unwrap_or_default().iter().map(|j| j.size).collect();
             around.sort_by(f64::total_cmp);
             let quartile = around.get(around.len() / 4).copied().unwrap_or(0.0);
-            0.2 * v_min + 0.3 * fall + 1.2 * quartile.min(1.5 * fall)
+            unsupported_threshold(v_min, fall) + 1.2 * quartile.min(1.5 * fall)
         })
         .collect()
+}
+
+/// Jump from which a frame counts where nothing supports the body [m/s]; `fall` is g h [m/s].
+fn unsupported_threshold(v_min: f64, fall: f64) -> f64 {
+    0.2 * v_min + 0.3 * fall
 }
 
 /// Product of two jumps [m²/s²]. Velocities have the direction of the impulse; the rotation in a frame with

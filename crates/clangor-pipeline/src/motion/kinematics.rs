@@ -9,6 +9,9 @@
 //!
 //! In free flight both jumps are zero: vₖ is the velocity in the middle of the frame exactly, ωₖ to second
 //! order in the angle of a frame. An impulse J between frames k and k+1 gives Δvₖ + Δvₖ₊₁ = J / m.
+//!
+//! Before the first frame there is no velocity. A body that is released at rest there has
+//! Δv₀ = v₀ − g h/2 and ΔL₀ = L₀, which are zero unless something hits it in its first frame.
 
 use clangor_core::pose::Pose;
 use glam::{DMat3, DQuat, DVec3};
@@ -95,6 +98,8 @@ pub(super) struct Kinematics<'a> {
     pub(super) intervals: Vec<Interval>,
     /// One for each frame; zero at the first and the last.
     pub(super) jumps: Vec<Jump>,
+    /// Jump at the first frame of a body that is released at rest there.
+    pub(super) release: Jump,
 }
 
 impl<'a> Kinematics<'a> {
@@ -105,11 +110,16 @@ impl<'a> Kinematics<'a> {
             let span = 0.5 * (pair[0].length + pair[1].length);
             let velocity = pair[1].velocity - pair[0].velocity - inertia.gravity * span;
             let angular_momentum = pair[1].angular_momentum - pair[0].angular_momentum;
-            let turning = inertia.inverse_at(frames[k + 1].pose.orientation) * angular_momentum;
-            let energy = velocity.length_squared() + angular_momentum.dot(turning).max(0.0) / inertia.mass;
-            jumps[k + 1] = Jump { velocity, angular_momentum, size: energy.sqrt(), span };
+            let inverse = inertia.inverse_at(frames[k + 1].pose.orientation);
+            jumps[k + 1] = jump((velocity, angular_momentum), inverse, inertia.mass, span);
         }
-        Kinematics { frames, inertia, intervals, jumps }
+        let release = intervals.first().map_or_else(Jump::default, |first| {
+            let span = 0.5 * first.length;
+            let velocity = first.velocity - inertia.gravity * span;
+            let inverse = inertia.inverse_at(frames[0].pose.orientation);
+            jump((velocity, first.angular_momentum), inverse, inertia.mass, span)
+        });
+        Kinematics { frames, inertia, intervals, jumps, release }
     }
 
     /// The interval that holds a time; the first or last outside.
@@ -147,6 +157,14 @@ impl<'a> Kinematics<'a> {
             orientation = (DQuat::from_scaled_axis(spin(middle) * step) * orientation).normalize();
         }
         State { pose: Pose { position, orientation }, velocity, angular_velocity: spin(orientation) }
+    }
+
+    /// A body that is released at rest in its first frame, falling at `time`.
+    pub(super) fn released(&self, time: f64) -> State {
+        let Frame { time: start, pose, .. } = self.frames[0];
+        let (tau, gravity) = (time - start, self.inertia.gravity);
+        let pose = Pose { position: pose.position + gravity * (0.5 * tau * tau), ..pose };
+        State { pose, velocity: gravity * tau, angular_velocity: DVec3::ZERO }
     }
 
     /// Gravity in free flight; nothing where a support has held the body in the frame before.
@@ -190,6 +208,12 @@ impl<'a> Kinematics<'a> {
         let Interval { velocity, angular_velocity, .. } = interval;
         Some(State { pose: Pose { position, orientation }, velocity, angular_velocity })
     }
+}
+
+fn jump((velocity, angular_momentum): (DVec3, DVec3), inverse: DMat3, mass: f64, span: f64) -> Jump {
+    let turning = inverse * angular_momentum;
+    let energy = velocity.length_squared() + angular_momentum.dot(turning).max(0.0) / mass;
+    Jump { velocity, angular_momentum, size: energy.sqrt(), span }
 }
 
 fn interval(from: &Frame, to: &Frame, inertia: &Inertia) -> Interval {

@@ -4,7 +4,7 @@
 mod program;
 mod sound_file;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -114,16 +114,34 @@ impl Score {
 }
 
 fn score(folder: &Path, rate: &str) -> Score {
-    let frame = 1.0 / rate.parse::<f64>().unwrap();
+    let frames = rate.parse::<f64>().unwrap();
     let own = hits(&read(folder, "own.timeline"));
     let found = hits(&read(folder, &format!("{rate}.timeline")));
-    let score = Score::of(&own, &found, (1.5 * frame).max(0.002));
+    let score = Score::of(&own, &found, (1.5 / frames).max(0.002));
     let Score { found, energy, right, near, near_energy } = &score;
     println!(
-        "{rate} Hz: found {found:.2}, energy {energy:.4}, right {right:.2}, within 20 % {near:.2}, by energy \
-         {near_energy:.4}"
+        "{rate} Hz: found {found:.2}, energy {energy:.4} (one impact of a body in a frame: {:.4}), right \
+         {right:.2}, within 20 % {near:.2}, by energy {near_energy:.4}",
+        strongest_of_frames(&own, frames)
     );
     score
+}
+
+/// Share of Σ J²/m of the strongest impacts of each body in each frame: what can be found of bodies that
+/// impacts move once in a frame.
+fn strongest_of_frames(own: &BTreeMap<String, Vec<Hit>>, rate: f64) -> f64 {
+    let (mut whole, mut strongest) = (0.0, 0.0);
+    for hits in own.values() {
+        // Strongest first.
+        let mut frames = BTreeSet::new();
+        for hit in hits {
+            whole += hit.energy;
+            if frames.insert((hit.time * rate) as u64) {
+                strongest += hit.energy;
+            }
+        }
+    }
+    strongest / whole
 }
 
 /// Share of Σ J²/m that is found, and that is found with an impulse within 20 %.
@@ -223,13 +241,23 @@ fn cross_most_energy_of_tumbling_dice_is_found_at_120_hz() {
     assert!(shares(folder.path(), "1000")[1] > 0.99);
 }
 
+/// They are released at rest 0.2 mm above a slab, and land before their second frame.
+#[test]
+fn cross_most_energy_of_bowls_and_balls_is_found_at_120_hz() {
+    let folder = tempfile::tempdir().unwrap();
+    let slab = "[render]\nfloor = \"rigid\"\n[[plane]]\nmaterial = \"granite\"\n";
+    exported_and_imported(folder.path(), "bowls", slab, &["120"]);
+    // Seen: 0.9966.
+    assert!(shares(folder.path(), "120")[0] > 0.98);
+}
+
 /// Eight thin coins rattle: two impacts of a coin within a frame cannot be told apart.
 #[test]
 fn cross_most_energy_of_rattling_coins_is_found() {
     let folder = tempfile::tempdir().unwrap();
     exported_and_imported(folder.path(), "coins", "", &["120", "1000"]);
     // Seen: 0.984 and 0.961; 1.0000 and 0.9995.
-    assert!(shares(folder.path(), "120")[0] > 0.95);
+    assert!(shares(folder.path(), "120")[0] > 0.98);
     assert!(shares(folder.path(), "1000")[1] > 0.96);
 }
 
@@ -247,7 +275,13 @@ fn cross_the_table_of_the_guide() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         exported_and_imported(path, scene, planes, &["24", "120", "1000"]);
-        let [_, _, fine] = ["24", "120", "1000"].map(|rate| score(path, rate));
+        let [_, coarse, fine] = ["24", "120", "1000"].map(|rate| score(path, rate));
+        // Seen: 0.98 and more; coins in a mug 0.924, where one impact of a body in a frame has 0.88.
+        assert!(
+            coarse.energy > if scene == "mug-and-coin" { 0.9 } else { 0.98 },
+            "{scene}: {}",
+            coarse.energy
+        );
         // Seen: 0.9978 and more.
         assert!(fine.energy > 0.98, "{scene}: {}", fine.energy);
         let sound = |name: &str| {

@@ -59,7 +59,7 @@ pub(super) struct JumpWindow {
 
 /// The impacts of a body, in order of time.
 pub(super) fn jump_windows(body: BodyId, kinematics: &Kinematics<'_>, v_min: f64) -> Vec<JumpWindow> {
-    let run = Run { body, kinematics, thresholds: thresholds(kinematics, v_min) };
+    let run = Run { body, kinematics, hits: hits(kinematics, v_min) };
     let mut windows: Vec<JumpWindow> = run.of_release(v_min).into_iter().collect();
     let mut k = 1 + windows.len();
     while k + 1 < kinematics.frames.len() {
@@ -77,16 +77,16 @@ pub(super) fn jump_windows(body: BodyId, kinematics: &Kinematics<'_>, v_min: f64
     windows
 }
 
-/// A body and the jumps from which its frames count.
+/// A body and which of its frames count.
 struct Run<'a> {
     body: BodyId,
     kinematics: &'a Kinematics<'a>,
-    thresholds: Vec<f64>,
+    hits: Vec<bool>,
 }
 
 impl Run<'_> {
     fn is_hit(&self, k: usize) -> bool {
-        self.kinematics.jumps.get(k).is_some_and(|jump| jump.size > self.thresholds[k])
+        self.hits.get(k).copied().unwrap_or(false)
     }
 
     /// The impact in the first frame of a body that is released at rest there: its two shares have one
@@ -242,20 +242,21 @@ fn sum(a: &Jump, b: &Jump) -> Jump {
     }
 }
 
-fn thresholds(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<f64> {
+/// Which frames count. A jump exceeds 1.2 q where more than a quarter of those around are below its 1/1.2.
+fn hits(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<bool> {
     let (jumps, g) = (&kinematics.jumps, kinematics.inertia.gravity.length());
-    (0..jumps.len())
-        .map(|k| {
-            let fall = g * jumps[k].span;
-            let low = k.saturating_sub(NEIGHBOURS).max(1);
-            let high = (k + NEIGHBOURS + 1).min(jumps.len().saturating_sub(1));
-            let mut around: Vec<f64> =
-                jumps.get(low..high).unwrap_or_default().iter().map(|j| j.size).collect();
-            around.sort_by(f64::total_cmp);
-            let quartile = around.get(around.len() / 4).copied().unwrap_or(0.0);
-            unsupported_threshold(v_min, fall) + 1.2 * quartile.min(1.5 * fall)
-        })
-        .collect()
+    let is_hit = |k: usize| {
+        let fall = g * jumps[k].span;
+        let excess = (jumps[k].size - unsupported_threshold(v_min, fall)) / 1.2;
+        if excess <= 0.0 || excess > 1.5 * fall {
+            return excess > 0.0;
+        }
+        let low = k.saturating_sub(NEIGHBOURS).max(1);
+        let high = (k + NEIGHBOURS + 1).min(jumps.len().saturating_sub(1));
+        let around = jumps.get(low..high).unwrap_or_default();
+        around.is_empty() || around.iter().filter(|jump| jump.size < excess).count() > around.len() / 4
+    };
+    (0..jumps.len()).map(is_hit).collect()
 }
 
 /// Jump from which a frame counts where nothing supports the body [m/s]; `fall` is g h [m/s].

@@ -45,6 +45,13 @@ impl Inertia {
         let rotation = DMat3::from_quat(orientation);
         rotation * self.inverse * rotation.transpose()
     }
+
+    /// A jump of the velocity [m/s] and the angular momentum [kg m²/s] of a body turned by `orientation`.
+    fn jump(&self, (velocity, angular_momentum): (DVec3, DVec3), orientation: DQuat, span: f64) -> Jump {
+        let own = orientation.inverse() * angular_momentum;
+        let turning = own.dot(self.inverse * own).max(0.0) / self.mass;
+        Jump { velocity, angular_momentum, size: (velocity.length_squared() + turning).sqrt(), span }
+    }
 }
 
 /// Position and motion of a body at an instant.
@@ -110,22 +117,27 @@ impl<'a> Kinematics<'a> {
             let span = 0.5 * (pair[0].length + pair[1].length);
             let velocity = pair[1].velocity - pair[0].velocity - inertia.gravity * span;
             let angular_momentum = pair[1].angular_momentum - pair[0].angular_momentum;
-            let inverse = inertia.inverse_at(frames[k + 1].pose.orientation);
-            jumps[k + 1] = jump((velocity, angular_momentum), inverse, inertia.mass, span);
+            let orientation = frames[k + 1].pose.orientation;
+            jumps[k + 1] = inertia.jump((velocity, angular_momentum), orientation, span);
         }
         let release = intervals.first().map_or_else(Jump::default, |first| {
             let span = 0.5 * first.length;
             let velocity = first.velocity - inertia.gravity * span;
-            let inverse = inertia.inverse_at(frames[0].pose.orientation);
-            jump((velocity, first.angular_momentum), inverse, inertia.mass, span)
+            inertia.jump((velocity, first.angular_momentum), frames[0].pose.orientation, span)
         });
         Kinematics { frames, inertia, intervals, jumps, release }
     }
 
     /// The interval that holds a time; the first or last outside.
     pub(super) fn interval_at(&self, time: f64) -> Option<usize> {
-        let last = self.intervals.len().checked_sub(1)?;
-        Some(self.frames.partition_point(|frame| frame.time <= time).saturating_sub(1).min(last))
+        let (frames, last) = (self.frames, self.intervals.len().checked_sub(1)?);
+        // Frames of even rate need no search.
+        let part = (time - frames[0].time) / (frames[last + 1].time - frames[0].time);
+        let guess = (part * (last + 1) as f64) as usize;
+        let holds = |k: usize| k <= last && frames[k].time <= time && time < frames[k + 1].time;
+        let near = [guess, guess.saturating_sub(1), guess + 1].into_iter().find(|k| holds(*k));
+        let search = || frames.partition_point(|frame| frame.time <= time).saturating_sub(1).min(last);
+        Some(near.unwrap_or_else(search))
     }
 
     /// A ball that holds the centre of the body at all instants within two frames of `time`: centre and
@@ -210,18 +222,13 @@ impl<'a> Kinematics<'a> {
     }
 }
 
-fn jump((velocity, angular_momentum): (DVec3, DVec3), inverse: DMat3, mass: f64, span: f64) -> Jump {
-    let turning = inverse * angular_momentum;
-    let energy = velocity.length_squared() + angular_momentum.dot(turning).max(0.0) / mass;
-    Jump { velocity, angular_momentum, size: energy.sqrt(), span }
-}
-
 fn interval(from: &Frame, to: &Frame, inertia: &Inertia) -> Interval {
     let length = to.time - from.time;
-    let angle = from.pose.rotation_to(&to.pose);
-    let angular_velocity = angle / length;
-    let middle = DMat3::from_quat(DQuat::from_scaled_axis(0.5 * angle) * from.pose.orientation);
-    let angular_momentum = middle * inertia.inertia * middle.transpose() * angular_velocity;
+    let angular_velocity = from.pose.rotation_to(&to.pose) / length;
+    // Half way on the shorter way from one rotation to the other.
+    let (start, end) = (from.pose.orientation, to.pose.orientation);
+    let middle = (start + if start.dot(end) < 0.0 { -end } else { end }).normalize();
+    let angular_momentum = middle * (inertia.inertia * (middle.inverse() * angular_velocity));
     let velocity = (to.pose.position - from.pose.position) / length;
     Interval { length, velocity, angular_velocity, angular_momentum }
 }

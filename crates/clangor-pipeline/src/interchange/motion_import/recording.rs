@@ -166,9 +166,12 @@ impl FramesOfTable {
 
     /// Turns one frame. The axes of the body stay those of its file.
     pub(super) fn place(&self, body: BodyId, frame: &mut Frame) {
+        let centre = self.centres[body.index()].unwrap_or(DVec3::ZERO);
+        if centre == DVec3::ZERO && self.turn == DQuat::IDENTITY {
+            return;
+        }
         let Pose { position, orientation } = frame.pose;
         let pose = Pose { position: self.turn * position, orientation: self.turn * orientation };
-        let centre = self.centres[body.index()].unwrap_or(DVec3::ZERO);
         frame.pose = Pose { position: pose.world_from_body(centre), ..pose };
     }
 }

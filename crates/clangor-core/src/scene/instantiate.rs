@@ -18,7 +18,7 @@ use super::listener::below_floor;
 use super::scene_description::{MAX_BODIES, Scene};
 use crate::body::{Body, BodyId, World};
 
-pub use copies::{references, too_many_geometries};
+pub use copies::references;
 pub use geometry::{GeometryError, LoadedGeometry, Loader, load_shape};
 use problems::Problems;
 
@@ -46,7 +46,7 @@ pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, Sce
         problems.error(place, Problem::TooManyBodies { count: total, limit: MAX_BODIES });
         return Err(SceneErrors(problems.errors));
     }
-    if let Some(error) = too_many_geometries(scene) {
+    if let Some(error) = copies::too_many_geometries(scene) {
         return Err(SceneErrors(vec![error]));
     }
     problems.errors.extend(below_floor(&scene.listeners, scene.acoustics.floor));
@@ -69,9 +69,6 @@ pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, Sce
 /// The errors of a scene's mesh files alone; its shapes were checked where they were read.
 pub(super) fn file_errors(scene: &Scene, load: &mut Loader<'_>) -> Vec<SceneError> {
     let mut problems = Problems::default();
-    if too_many_geometries(scene).is_some() {
-        return Vec::new();
-    }
     let is_file = |b: &&BodyDescription| matches!(b.geometry, Geometry::File(_));
     let bodies = scene.bodies.iter().filter(is_file).cloned().collect();
     copies::draft(&Scene { bodies, ..scene.clone() }, load, &mut problems);

@@ -9,10 +9,8 @@ use clangor_core::body::{MeshSurface, Surface, World};
 use clangor_core::geometry::mend::{Mended, mend};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::scene::body_description::{Geometry, GeometryReference};
-use clangor_core::scene::diagnostic::{Doubt, SceneErrors, SceneWarning};
-use clangor_core::scene::instantiate::{
-    GeometryError, LoadedGeometry, load_shape, references, too_many_geometries,
-};
+use clangor_core::scene::diagnostic::{Doubt, Problem, SceneError, SceneErrors, SceneWarning};
+use clangor_core::scene::instantiate::{GeometryError, LoadedGeometry, load_shape, references};
 use clangor_core::scene::{Scene, instantiate};
 use clangor_sim::fracture::Breakable;
 use rayon::prelude::*;
@@ -138,11 +136,12 @@ fn loaded(path: &Path, text: String, mut scene: Scene) -> Result<LoadedScene, Lo
     if !scene.listeners.is_empty() {
         scene.warnings.retain(|w| w.doubt != Doubt::NoListener);
     }
-    if let Some(error) = too_many_geometries(&scene) {
-        return Err(refuse(&text, SceneErrors(vec![error])));
+    let references = references(&scene);
+    if references.len() > MANY_GEOMETRIES {
+        refuse_too_many(&scene).map_err(|e| refuse(&text, e))?;
     }
     let geometries: BTreeMap<String, Result<Loaded, GeometryError>> =
-        references(&scene).into_par_iter().map(|r| (r.to_string(), load_for_scene(folder, &r))).collect();
+        references.into_par_iter().map(|r| (r.to_string(), load_for_scene(folder, &r))).collect();
     let mut find = |r: &GeometryReference| match geometries.get(&r.to_string()) {
         Some(found) => found.as_ref().map(|loaded| loaded.geometry.clone()).map_err(Clone::clone),
         None => load_geometry(folder, r),
@@ -157,6 +156,25 @@ fn loaded(path: &Path, text: String, mut scene: Scene) -> Result<LoadedScene, Lo
     let collisions = Collisions::from_scene(&scene, &world, meshes);
     let modes = ImpactModes::default();
     Ok(LoadedScene { path: path.into(), text, world, breakables, modes, collisions, scene, warnings })
+}
+
+/// Number of distinct geometries from which on a scene is asked whether it has too many, before any is built.
+const MANY_GEOMETRIES: usize = 1000;
+
+/// Refuses more geometries than are built. [`instantiate`] does so before it loads the first one, and here none
+/// can be loaded.
+fn refuse_too_many(scene: &Scene) -> Result<(), SceneErrors> {
+    let mut none = |_: &GeometryReference| {
+        Err(GeometryError { reason: "nothing is loaded here".into(), remedy: String::new() })
+    };
+    match instantiate(scene, &mut none) {
+        Err(SceneErrors(errors)) => {
+            let too_many = |e: &SceneError| matches!(e.problem, Problem::TooManyGeometries { .. });
+            let errors: Vec<SceneError> = errors.into_iter().filter(too_many).collect();
+            if errors.is_empty() { Ok(()) } else { Err(SceneErrors(errors)) }
+        }
+        Ok(_) => Ok(()),
+    }
 }
 
 /// Longest scene that is read \[bytes\].

@@ -65,9 +65,8 @@ pub fn references(scene: &Scene) -> Vec<GeometryReference> {
     references
 }
 
-/// An error where bodies have more distinct geometries than are built. [`instantiate`](super::instantiate()) looks
-/// first; who loads geometries before it does so too.
-pub fn too_many_geometries(scene: &Scene) -> Option<SceneError> {
+/// An error where bodies have more distinct geometries than are built, before any of them is.
+pub(super) fn too_many_geometries(scene: &Scene) -> Option<SceneError> {
     let mut seen = BTreeSet::new();
     for description in &scene.bodies {
         // Spheres take no memory of their own.

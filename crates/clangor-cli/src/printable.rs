@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-/// A text in which every character that a terminal would obey is written as an escape sequence of Rust, such as
+/// A text in which every character that a terminal would obey is written as an escape sequence of Rust,
+/// such as
 /// `\u{1b}`. Line breaks and tabs stay.
 pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     let obeyed = |c: char| is_hidden(c) && !matches!(c, '\n' | '\t');

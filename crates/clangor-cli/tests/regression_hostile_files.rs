@@ -1,5 +1,6 @@
-//! Files that a stranger may have written to do harm: each ends in a located message or a result, within 10 s of
-//! processor time and bounded memory, and no character of theirs reaches a terminal that would obey it.
+//! Files that a stranger may have written to do harm: each ends in a located message or a result, within 10
+//! s of processor time and bounded memory, and no character of theirs reaches a terminal that would obey
+//! it.
 #![cfg(unix)]
 
 mod program;

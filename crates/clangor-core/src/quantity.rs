@@ -60,7 +60,8 @@ impl Quantity {
 pub const DENSITY: Quantity = Quantity::between(1e-3, 1e5, "kg/m³");
 /// Young's modulus.
 pub const MODULUS: Quantity = Quantity::between(1.0, 1e13, "Pa");
-/// Poisson's ratio: the open interval of isotropic elasticity, a hair inside. At 0.5 a body is incompressible.
+/// Poisson's ratio: the open interval of isotropic elasticity, a hair inside. At 0.5 a body is
+/// incompressible.
 pub const POISSON: Quantity = Quantity::between(-0.999, 0.4999, "");
 /// Restitution.
 pub const RESTITUTION: Quantity = Quantity::between(0.0, 1.0, "");

@@ -110,7 +110,8 @@ fn modal(model: &Path, output: &Path, material: Option<&str>, console: &Console)
         material.name,
         counted(modes, "mode", "modes")
     ));
-    console.json(&json!({ "gltf": output.display().to_string(), "name": body.name, "material": material.name, "modes": modes }));
+    let written = output.to_string_lossy();
+    console.json(&json!({ "gltf": written, "name": body.name, "material": material.name, "modes": modes }));
     Ok(())
 }
 

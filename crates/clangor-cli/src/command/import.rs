@@ -28,7 +28,8 @@ pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Resul
             let contacts = imported.rows.contacts;
             let poses = imported.rows.poses;
             console.say(format_args!("{}: {contacts} contact rows, {poses} poses", output.display()));
-            console.json(&json!({ "timeline": output.display().to_string(), "contact_rows": contacts, "pose_rows": poses }));
+            let written = output.to_string_lossy();
+            console.json(&json!({ "timeline": written, "contact_rows": contacts, "pose_rows": poses }));
             Ok(())
         }
         ImportFormat::Gltf { scene, files, poses, common } => {
@@ -71,7 +72,8 @@ fn motion(
         rows.contacts
     ));
     let mut report = json!({
-        "timeline": output.display().to_string(), "moved_bodies": moved, "pose_rows": rows.poses, "contact_rows": rows.contacts,
+        "timeline": output.to_string_lossy(),
+        "moved_bodies": moved, "pose_rows": rows.poses, "contact_rows": rows.contacts,
         "notices": imported.notices,
     });
     if let Some(found) = &imported.found {

@@ -75,8 +75,9 @@ fn modes(path: &Path, output: &Path, first: usize, console: &Console) -> Result<
     write_atomically(output, &canvas.encode().map_err(Failure::new)?).map_err(Failure::new)?;
     let last = first + drawn - 1;
     console.say(format_args!("{}: modes {first} to {last} of {}", output.display(), part.model.modes.len()));
-    console
-        .json(&json!({ "picture": output.display().to_string(), "first": first, "last": last, "modes": part.model.modes.len() }));
+    let modes = part.model.modes.len();
+    let picture = output.to_string_lossy();
+    console.json(&json!({ "picture": picture, "first": first, "last": last, "modes": modes }));
     Ok(())
 }
 
@@ -188,6 +189,7 @@ fn field(
     plot.draw(&file, canvas.as_mut()).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
     write_atomically(output, &canvas.encode().map_err(Failure::new)?).map_err(Failure::new)?;
     console.say(format_args!("{}: directivity at {:.0} Hz and a push", output.display(), plot.frequency));
-    console.json(&json!({ "picture": output.display().to_string(), "frequency_hz": plot.frequency, "max_frequency_hz": highest }));
+    let picture = output.to_string_lossy();
+    console.json(&json!({ "picture": picture, "frequency_hz": plot.frequency, "max_frequency_hz": highest }));
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! BallTree in a tree, such as the bounding balls of bodies: which is nearest to a point, and which are near it.
+//! Balls in a tree, such as the bounding balls of bodies: which is nearest to a point, and which are near it.
 //!
 //! A balanced k-d tree over the centres, in which every node knows the box of its centres and its largest
 //! radius. A query costs the logarithm of the number of balls, as long as few of them are near the point.
@@ -98,7 +98,8 @@ impl BallTree {
         nearest
     }
 
-    /// Calls `visit` with the body of each ball whose surface is at most `reach` from a point, until it breaks.
+    /// Calls `visit` with the body of each ball whose surface is at most `reach` from a point, until it
+    /// breaks.
     pub fn near(&self, point: DVec3, reach: f64, mut visit: impl FnMut(usize) -> ControlFlow<()>) {
         let mut waiting = if self.nodes.is_empty() { Vec::new() } else { vec![0] };
         while let Some(node) = waiting.pop() {

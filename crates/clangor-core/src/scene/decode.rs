@@ -98,8 +98,8 @@ fn decode(text: &str) -> (Scene, Vec<SceneError>) {
 /// Text after the first syntax error that is judged \[bytes\].
 const AFTER_FIRST_SYNTAX_ERROR: usize = 1 << 16;
 
-/// The part of a text that is judged, its tree, and its syntax errors. A file that is no scene at all may have
-/// millions of errors: then the text is judged up to a line some way after the first one.
+/// The part of a text that is judged, its tree, and its syntax errors. A file that is no scene at all may
+/// have millions of errors: then the text is judged up to a line some way after the first one.
 fn parse(text: &str) -> (&str, Spanned<DeTable<'_>>, Vec<toml::de::Error>) {
     let first = match DeTable::parse(text) {
         Ok(tree) => return (text, tree, Vec::new()),

@@ -161,8 +161,8 @@ fn loaded(path: &Path, text: String, mut scene: Scene) -> Result<LoadedScene, Lo
 /// Number of distinct geometries from which on a scene is asked whether it has too many, before any is built.
 const MANY_GEOMETRIES: usize = 1000;
 
-/// Refuses more geometries than are built. [`instantiate`] does so before it loads the first one, and here none
-/// can be loaded.
+/// Refuses more geometries than are built. [`instantiate`] does so before it loads the first one, and here
+/// none can be loaded.
 fn refuse_too_many(scene: &Scene) -> Result<(), SceneErrors> {
     let mut none = |_: &GeometryReference| {
         Err(GeometryError { reason: "nothing is loaded here".into(), remedy: String::new() })
@@ -193,8 +193,8 @@ pub fn geometry_reference(text: &str, scale: f64) -> GeometryReference {
     GeometryReference { geometry, scale }
 }
 
-/// As [`load`], with a warning of a file outside the folder of the scene: who gets a scene from a stranger may
-/// not want it to be read.
+/// As [`load`], with a warning of a file outside the folder of the scene: who gets a scene from a stranger
+/// may not want it to be read.
 fn load_for_scene(folder: &Path, reference: &GeometryReference) -> Result<Loaded, GeometryError> {
     let mut loaded = load(folder, reference)?;
     if let Geometry::File(file) = &reference.geometry

@@ -1,8 +1,8 @@
 //! Heaps of bodies that overlap at the start, found before a solver lists all pairs that touch.
 //!
-//! The solvers refuse overlaps too, with the exact depth. They list every pair first, which takes memory with the
-//! square of the number of bodies that lie at one place. Here every body stands for the ball about its centre of
-//! mass that it contains: where two such balls overlap, the bodies do.
+//! The solvers refuse overlaps too, with the exact depth. They list every pair first, which takes memory
+//! with the square of the number of bodies that lie at one place. Here every body stands for the ball about
+//! its centre of mass that it contains: where two such balls overlap, the bodies do.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
@@ -19,8 +19,8 @@ const REFUSED: f64 = 1e-4;
 /// Share of the smaller ball that overlaps too: convex parts of meshes may lie inside of their surface.
 const REFUSED_SHARE: f64 = 0.1;
 
-/// Refuses the first pair of bodies whose inner balls overlap, of which one is free, in a world of many bodies.
-/// Bodies with links are left to the solver, which may let them overlap.
+/// Refuses the first pair of bodies whose inner balls overlap, of which one is free, in a world of many
+/// bodies. Bodies with links are left to the solver, which may let them overlap.
 pub(super) fn refuse_heaps(world: &World) -> Result<(), SimulationError> {
     if world.bodies.len() < FEW_BODIES {
         return Ok(());

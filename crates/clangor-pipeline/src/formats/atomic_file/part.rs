@@ -1,9 +1,9 @@
 //! Temporary files and folders beside an output, and the removal of those whose owner is dead.
 //!
 //! `NAME.part-RANDOM` has 16 random hexadecimal digits: process numbers repeat, in containers above all. Its
-//! owner holds an exclusive lock on it for as long as it writes. The system releases the lock when the process
-//! ends, however it ends, so a temporary file that can be locked has no owner and is removed. Where a file
-//! system has no locks, or for folders on Windows, leftovers stay.
+//! owner holds an exclusive lock on it for as long as it writes. The system releases the lock when the
+//! process ends, however it ends, so a temporary file that can be locked has no owner and is removed. Where
+//! a file system has no locks, or for folders on Windows, leftovers stay.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions, TryLockError};

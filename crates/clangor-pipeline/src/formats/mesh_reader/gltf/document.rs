@@ -166,8 +166,8 @@ pub(crate) struct GltfFile {
     left: AtomicUsize,
 }
 
-/// Vertices and triangles of all nodes together. Nodes may share a mesh, and primitives an accessor, so that a
-/// small file may stand for more than fits into memory.
+/// Vertices and triangles of all nodes together. Nodes may share a mesh, and primitives an accessor, so
+/// that a small file may stand for more than fits into memory.
 const MOST_ELEMENTS: usize = 20_000_000;
 /// Bytes of all buffers together.
 const MOST_BYTES: usize = 1 << 30;
@@ -195,8 +195,8 @@ impl GltfFile {
         let taken =
             self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(elements));
         taken.map(|_| ()).map_err(|_| MeshFault::Syntax {
-            reason: "its nodes have more than 20 million vertices and triangles together; export fewer copies, \
-                     or coarser meshes",
+            reason: "its nodes have more than 20 million vertices and triangles together; export fewer \
+                     copies, or coarser meshes",
         })
     }
 

@@ -34,18 +34,7 @@ pub(in crate::formats::timeline_file) fn read(
     let description = check_json(path, text)?;
     let field = |field: String, problem: String| TimelineError::Field { path: path.into(), field, problem };
     let mut checks = Checks::new(path, description.bodies.len());
-    let (medium, origin) = (&description.medium, &description.origin);
-    for (name, value, range) in [
-        ("medium.density", medium.density, quantity::MEDIUM_DENSITY),
-        ("medium.sound_speed", medium.sound_speed, quantity::SOUND_SPEED),
-        ("origin.time_step", origin.time_step, quantity::TIMELINE_STEP),
-        ("origin.duration", origin.duration, quantity::TIMELINE_DURATION),
-        ("origin.v_min", origin.v_min, quantity::V_MIN),
-        ("origin.pose_rate", origin.pose_rate, quantity::TIMELINE_POSE_RATE),
-    ] {
-        checks.quantity(name, value, range)?;
-    }
-    checks.vector("gravity", description.gravity, quantity::COORDINATE)?;
+    checks.settings(&description)?;
     let mut names = HashSet::new();
     let mut surfaces: BTreeMap<String, Arc<Surface>> = BTreeMap::new();
     let mut bodies = Vec::new();
@@ -160,6 +149,22 @@ fn damping_of(fields: &DampingFields) -> Damping {
 }
 
 impl Checks<'_> {
+    /// Checks the numbers that belong to no body.
+    fn settings(&self, description: &Description) -> Result<(), TimelineError> {
+        let (medium, origin) = (&description.medium, &description.origin);
+        for (name, value, range) in [
+            ("medium.density", medium.density, quantity::MEDIUM_DENSITY),
+            ("medium.sound_speed", medium.sound_speed, quantity::SOUND_SPEED),
+            ("origin.time_step", origin.time_step, quantity::TIMELINE_STEP),
+            ("origin.duration", origin.duration, quantity::TIMELINE_DURATION),
+            ("origin.v_min", origin.v_min, quantity::V_MIN),
+            ("origin.pose_rate", origin.pose_rate, quantity::TIMELINE_POSE_RATE),
+        ] {
+            self.quantity(name, value, range)?;
+        }
+        self.vector("gravity", description.gravity, quantity::COORDINATE)
+    }
+
     fn body(
         &mut self,
         index: usize,

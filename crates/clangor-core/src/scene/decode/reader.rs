@@ -67,7 +67,7 @@ impl<'t> Decoder<'t> {
     }
 
     /// The known name that was probably meant; none once the comparisons are used up.
-    fn nearest<'a>(&mut self, name: &str, known: &[&'a str]) -> Option<String> {
+    fn nearest(&mut self, name: &str, known: &[&str]) -> Option<String> {
         self.comparisons = self.comparisons.saturating_sub(known.len());
         if self.comparisons == 0 { None } else { nearest(name, known.iter().copied()) }
     }

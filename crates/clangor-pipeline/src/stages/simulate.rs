@@ -33,9 +33,9 @@ pub enum SimulateError {
         /// Its text.
         text: String,
         /// Where the body is described.
-        place: Place,
+        place: Box<Place>,
         /// Why.
-        source: SimulationError,
+        source: Box<SimulationError>,
     },
     /// The timeline could not be written.
     #[error(transparent)]
@@ -154,8 +154,8 @@ fn at_start(loaded: &LoadedScene, error: SimulationError) -> SimulateError {
         Some(place) if place.line > 0 => SimulateError::Start {
             path: loaded.path.clone(),
             text: loaded.text.clone(),
-            place: place.clone(),
-            source: error,
+            place: Box::new(place.clone()),
+            source: Box::new(error),
         },
         _ => SimulateError::Simulation(error),
     }

@@ -31,7 +31,7 @@ use clangor_pipeline::stages::load::{LoadedScene, load_scene};
 
 use crate::arguments::Global;
 use crate::console::Console;
-use crate::diagnostics::draw_warning;
+use crate::diagnostics::draw_warnings;
 use crate::failure::Failure;
 
 /// Loads a scene and prints its warnings; `adjust` changes what the command line overrides.
@@ -47,8 +47,8 @@ fn load(
         }
         adjust(scene);
     })?;
-    for warning in &loaded.warnings {
-        console.note(draw_warning(path, &loaded.text, warning));
+    for drawn in draw_warnings(path, &loaded.text, loaded.warnings.iter()) {
+        console.drawn(drawn);
     }
     Ok(loaded)
 }
@@ -59,6 +59,17 @@ fn check_ending(output: &Path, ending: &str) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::new(format_args!("{}: the output must end in .{ending}", output.display())))
+}
+
+/// Refuses an output that would replace the file it is made of.
+fn refuse_overwriting(input: &Path, output: &Path) -> Result<(), Failure> {
+    match (input.canonicalize(), output.canonicalize()) {
+        (Ok(read), Ok(written)) if read == written => Err(Failure::new(format_args!(
+            "{} would replace what it is made of; name another output with -o",
+            output.display()
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Whether a path names a timeline folder and not a scene.

@@ -1,10 +1,13 @@
 //! What the person at the terminal sees: results, warnings, progress with an estimate, and interruption.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
+use crate::failure::Failure;
+use crate::printable::printable;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Where messages go, and whether the person has asked to stop.
@@ -12,16 +15,21 @@ pub(crate) struct Console {
     quiet: bool,
     json: bool,
     stop: Arc<AtomicBool>,
+    /// Whether a command asks from time to time if it should stop.
+    asks: Arc<AtomicBool>,
+    /// Why the results could not be printed.
+    unprinted: Mutex<Option<std::io::Error>>,
 }
 
 impl Console {
-    /// Listens for Ctrl-C from now on: the first one asks work to stop, a second one ends the program at
-    /// once.
+    /// Listens for Ctrl-C and SIGTERM from now on: the first one asks work to stop, a second one ends the
+    /// program at once, as does the first before any work has begun, such as while a pipe is read.
     pub(crate) fn new(quiet: bool, json: bool) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&stop);
+        let asks = Arc::new(AtomicBool::new(false));
+        let (flag, listens) = (Arc::clone(&stop), Arc::clone(&asks));
         let handled = ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::SeqCst) {
+            if flag.swap(true, Ordering::SeqCst) || !listens.load(Ordering::SeqCst) {
                 std::process::exit(130);
             }
         });
@@ -31,7 +39,7 @@ impl Console {
                 "warning: Ctrl-C will end the program without tidying up: {error}"
             );
         }
-        Console { quiet, json, stop }
+        Console { quiet, json, stop, asks, unprinted: Mutex::new(None) }
     }
 
     /// Whether results are wanted as JSON.
@@ -42,19 +50,26 @@ impl Console {
     /// A line of the result, unless JSON or silence was asked for.
     pub(crate) fn say(&self, line: impl std::fmt::Display) {
         if !self.quiet && !self.json {
-            print_line(&line);
+            self.print_line(&printable(&line.to_string()));
         }
     }
 
     /// A warning, on standard error.
     pub(crate) fn warn(&self, line: impl std::fmt::Display) {
         if !self.quiet {
-            let _ = writeln!(std::io::stderr(), "warning: {line}");
+            let _ = writeln!(std::io::stderr(), "warning: {}", printable(&line.to_string()));
         }
     }
 
     /// A message that says itself what it is, on standard error.
     pub(crate) fn note(&self, text: impl std::fmt::Display) {
+        if !self.quiet {
+            let _ = writeln!(std::io::stderr(), "{}", printable(&text.to_string()));
+        }
+    }
+
+    /// A message that is drawn: free of what a terminal would obey, but for colours.
+    pub(crate) fn drawn(&self, text: impl std::fmt::Display) {
         if !self.quiet {
             let _ = writeln!(std::io::stderr(), "{text}");
         }
@@ -63,12 +78,36 @@ impl Console {
     /// The result as JSON, if asked for.
     pub(crate) fn json(&self, value: &serde_json::Value) {
         if self.json {
-            print_line(value);
+            self.print_line(value);
+        }
+    }
+
+    /// Prints to standard output; a reader that has gone away, such as `head`, misses the rest and stops
+    /// nothing.
+    fn print_line(&self, line: &dyn std::fmt::Display) {
+        let printed = writeln!(std::io::stdout(), "{line}").and_then(|()| std::io::stdout().flush());
+        if let Err(error) = printed
+            && error.kind() != std::io::ErrorKind::BrokenPipe
+            && let Ok(mut unprinted) = self.unprinted.lock()
+        {
+            unprinted.get_or_insert(error);
+        }
+    }
+
+    /// The end of a command that has its result.
+    ///
+    /// # Errors
+    /// [`Failure`] where the result could not be printed.
+    pub(crate) fn finish(&self) -> Result<(), Failure> {
+        match self.unprinted.lock().ok().and_then(|mut unprinted| unprinted.take()) {
+            Some(error) => Err(Failure::new(format_args!("cannot write to standard output: {error}"))),
+            None => Ok(()),
         }
     }
 
     /// `Break` once the person has pressed Ctrl-C.
     pub(crate) fn flow(&self) -> ControlFlow<()> {
+        self.asks.store(true, Ordering::SeqCst);
         if self.stop.load(Ordering::SeqCst) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
@@ -85,13 +124,11 @@ impl Console {
             bar.set_style(style);
         }
         bar.set_prefix(what);
-        Progress { bar, console: self }
+        let in_lines = !self.quiet && !self.json && !std::io::stderr().is_terminal();
+        let lines =
+            in_lines.then(|| Mutex::new(Lines { what, total, begun: Instant::now(), next: LINES_EVERY }));
+        Progress { bar, console: self, lines }
     }
-}
-
-/// Prints to standard output; a reader that has gone away, such as `head`, misses the rest and stops nothing.
-fn print_line(line: &dyn std::fmt::Display) {
-    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 /// Resolution of progress bars.
@@ -101,17 +138,60 @@ const UNITS_PER_SECOND: f64 = 1e4;
 pub(crate) struct Progress<'a> {
     bar: ProgressBar,
     console: &'a Console,
+    /// Where no terminal shows the bar.
+    lines: Option<Mutex<Lines>>,
+}
+
+/// Time between lines of progress in the first minute, and after it.
+const LINES_EVERY: Duration = Duration::from_secs(10);
+const LATER_LINES_EVERY: Duration = Duration::from_secs(60);
+
+/// Progress as lines on standard error, for logs.
+struct Lines {
+    what: &'static str,
+    /// All work [s of scene time].
+    total: f64,
+    begun: Instant,
+    /// When the next line is due, since the beginning.
+    next: Duration,
+}
+
+impl Lines {
+    /// The line that is due after a time, with the work done until then [s of scene time].
+    fn due(&mut self, elapsed: Duration, time: f64) -> Option<String> {
+        if elapsed < self.next {
+            return None;
+        }
+        let every = if elapsed < LATER_LINES_EVERY { LINES_EVERY } else { LATER_LINES_EVERY };
+        self.next = elapsed + every;
+        let share = (time / self.total).clamp(0.0, 1.0);
+        let seconds = elapsed.as_secs_f64();
+        let left = match share > 0.0 {
+            true => format!(", about {:.0} s left", seconds * (1.0 - share) / share),
+            false => String::new(),
+        };
+        Some(format!("{}: {:.0} % after {seconds:.0} s{left}", self.what, 100.0 * share))
+    }
 }
 
 impl Progress<'_> {
     /// Names the part of the work that is being done.
     pub(crate) fn stage(&self, what: &'static str) {
         self.bar.set_prefix(what);
+        if let Some(Ok(mut lines)) = self.lines.as_ref().map(Mutex::lock) {
+            lines.what = what;
+        }
     }
 
     /// Shows how far the work is [s of scene time]; `Break` if it should stop.
     pub(crate) fn reached(&self, time: f64) -> ControlFlow<()> {
         self.bar.set_position((time.max(0.0) * UNITS_PER_SECOND) as u64);
+        if let Some(Ok(mut lines)) = self.lines.as_ref().map(Mutex::lock) {
+            let elapsed = lines.begun.elapsed();
+            if let Some(line) = lines.due(elapsed, time) {
+                self.console.note(line);
+            }
+        }
         self.console.flow()
     }
 }
@@ -142,6 +222,16 @@ pub(crate) fn four_digits(number: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_of_progress_come_every_ten_seconds_and_later_every_minute() {
+        let mut lines = Lines { what: "bake", total: 2.0, begun: Instant::now(), next: LINES_EVERY };
+        let due: Vec<u64> =
+            (0..400).filter(|s| lines.due(Duration::from_secs(*s), *s as f64 / 200.0).is_some()).collect();
+        assert_eq!(due, [10, 20, 30, 40, 50, 60, 120, 180, 240, 300, 360]);
+        let line = lines.due(Duration::from_secs(420), 0.5);
+        assert_eq!(line.as_deref(), Some("bake: 25 % after 420 s, about 1260 s left"));
+    }
 
     #[test]
     fn numbers_are_short() {

@@ -11,12 +11,14 @@ use clangor_pipeline::stages::render::RenderError;
 use clangor_pipeline::stages::simulate::SimulateError;
 use clangor_pipeline::stages::sound_models::{ModelOptionsError, SoundModelError};
 
-use crate::diagnostics::draw_errors;
+use crate::diagnostics::{draw_error, draw_errors};
 
 /// The end of a command that has no result.
 pub(crate) enum Failure {
     /// Something is wrong; the text says what, where, and what to do.
     Error(String),
+    /// The same, drawn at its place in a scene: free of what a terminal would obey, but for colours.
+    Drawn(String),
     /// The person pressed Ctrl-C.
     Interrupted,
     /// The same; the text says what was kept.
@@ -33,7 +35,7 @@ impl Failure {
 impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
         match error {
-            LoadError::Scene { path, text, errors } => Failure::Error(draw_errors(&path, &text, &errors)),
+            LoadError::Scene { path, text, errors } => Failure::Drawn(draw_errors(&path, &text, &errors)),
             other => Failure::new(other),
         }
     }
@@ -46,6 +48,9 @@ impl From<SimulateError> for Failure {
                 Failure::InterruptedWith(error.to_string())
             }
             _ if error.is_interruption() => Failure::Interrupted,
+            SimulateError::Start { path, text, place, source } => {
+                Failure::Drawn(draw_error(&path, &text, &place, &source.to_string(), None))
+            }
             _ => Failure::new(error),
         }
     }

@@ -8,6 +8,7 @@ mod command;
 mod console;
 mod diagnostics;
 mod failure;
+mod printable;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -18,6 +19,7 @@ use arguments::former_names::{Renewed, renew};
 use arguments::{Arguments, Command};
 use console::Console;
 use failure::Failure;
+use printable::printable;
 
 fn main() -> ExitCode {
     let Renewed { words, warnings } = renew(std::env::args_os());
@@ -45,17 +47,21 @@ fn main() -> ExitCode {
         Command::Validate(options) => command::validate::run(options, &console),
         Command::Serve(options) => command::serve::run(options, &console),
     });
-    match done {
+    match done.and_then(|()| console.finish()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Interrupted) => {
             let _ = writeln!(std::io::stderr(), "interrupted; what was not complete has been removed");
             ExitCode::from(130)
         }
         Err(Failure::InterruptedWith(message)) => {
-            let _ = writeln!(std::io::stderr(), "{message}");
+            let _ = writeln!(std::io::stderr(), "{}", printable(&message));
             ExitCode::from(130)
         }
         Err(Failure::Error(message)) => {
+            let _ = writeln!(std::io::stderr(), "{}", printable(message.trim_end()));
+            ExitCode::FAILURE
+        }
+        Err(Failure::Drawn(message)) => {
             let _ = writeln!(std::io::stderr(), "{}", message.trim_end());
             ExitCode::FAILURE
         }

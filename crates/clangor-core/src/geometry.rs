@@ -10,6 +10,7 @@
 //! * [`meridian`]: the exact section of a body of revolution; [`turning`]: its surface from rings;
 //! * [`convex`], [`hull`], [`parts_fit`]: convex parts, which collide, and how close they are to the surface.
 
+pub mod ball_tree;
 pub mod convex;
 pub mod curvature;
 pub mod hull;

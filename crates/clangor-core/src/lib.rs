@@ -25,6 +25,7 @@ pub mod medium;
 pub mod output;
 pub mod pose;
 pub mod propagation;
+pub mod quantity;
 pub mod realtime;
 pub mod reference;
 pub mod scene;

@@ -4,6 +4,7 @@ pub mod atomic_file;
 pub mod contact_list;
 pub mod glb;
 pub mod gltf_motion;
+pub mod input_file;
 pub mod mesh_reader;
 pub mod modal_soundbank;
 pub mod model_cache;

@@ -13,3 +13,4 @@ pub mod load;
 pub mod render;
 pub mod simulate;
 pub mod sound_models;
+mod start_overlaps;

@@ -153,15 +153,21 @@ fn tampered_description_is_refused_by_field() {
     let cases = [
         ("\"version\": 2", "\"version\": 3", "has format version 3; this program reads versions 1 to 2"),
         ("clangor timeline", "other timeline", "format is \"other timeline\""),
-        ("\"mass\": 0.1", "\"mass\": -0.1", "bodies[0].mass is -0.1, not positive"),
+        ("\"mass\": 0.1", "\"mass\": -0.1", "bodies[0].mass is -0.1, not a number in kg above 0"),
         ("\"mass\": 0.1", "\"mass\": null", "line 53, column 18: expected a number or \"infinity\""),
         ("\"mass\": 0.1", "\"weight\": 0.1", "unknown field `weight`"),
         ("\"poisson_ratio\": 0.29", "\"poisson_ratio\": 0.6", "material.poisson_ratio is 0.6"),
         ("\"rock 2\"", "\"rock 1\"", "bodies[1].name \"rock 1\" is not unique"),
         ("\"time\": 0.3", "\"time\": -0.3", "bodies[1].motion has no keys, or times that do not increase"),
         ("\"rows\": 3000", "\"rows\": 3001", "contacts.parquet has 3000 rows"),
-        ("\"radius\": 0.0075", "\"radius\": 0", "radius is 0, not positive"),
+        ("\"radius\": 0.0075", "\"radius\": 0", "radius is 0, not a number in m from 1e-6"),
         ("\"sound_speed\": 340.1", "\"sound_speed\": 1e999", "number out of range"),
+        (
+            "\"sound_speed\": 340.1",
+            "\"sound_speed\": 1e308",
+            "medium.sound_speed is 1e308, not a number in m/s",
+        ),
+        ("\"sound_speed\": 340.1", "\"sound_speed\": 1e-308", "medium.sound_speed is 1e-308"),
         ("\"hash\": \"", "\"hash\": \"0", "contacts.parquet has changed since it was written"),
         (MESH_HASH, "\"mesh\": {\n          \"hash\": \"../", "is not 32 hexadecimal digits"),
         ("\"body\": 3", "\"body\": 9", "links[0].body is 9, but there are 5 bodies"),
@@ -172,6 +178,28 @@ fn tampered_description_is_refused_by_field() {
         fs::write(&file, good.replacen(from, to, 1)).unwrap();
         let message = read(&path).unwrap_err().to_string();
         assert!(message.contains(expected), "{from} -> {to}: {message}");
+    }
+    // The first number after a key.
+    let edited = |key: &str, number: &str| {
+        let after = good.find(&format!("\"{key}\": ")).unwrap();
+        let start = after + good[after..].find(|c: char| c.is_ascii_digit()).unwrap();
+        let end = start + good[start..].find(|c: char| ",\n ".contains(c)).unwrap();
+        format!("{}{number}{}", &good[..start], &good[end..])
+    };
+    for (key, number, expected) in [
+        ("duration", "1e18", "origin.duration is 1e18, not a number in s from 0 to"),
+        ("time_step", "1e300", "origin.time_step is 1e300"),
+        ("restitution", "1e308", "bodies[0].material.restitution is 1e308, not a number from 0 to 1"),
+        ("volume", "1e308", "surface.mesh.volume is 1e308"),
+        ("density", "1e308", "density is 1e308"),
+        ("inertia", "-1e-7", "bodies[0].inertia is not a symmetric matrix with positive principal moments"),
+        ("velocity", "1e300", "bodies[0].velocity is 1e300"),
+        ("edge_radius", "1e300", "bodies[0].edge_radius is 1e300"),
+        ("stiffness", "1e300", "stiffness is 1e300"),
+    ] {
+        fs::write(&file, edited(key, number)).unwrap();
+        let message = read(&path).unwrap_err().to_string();
+        assert!(message.contains(expected), "{key} = {number}: {message}");
     }
     fs::write(&file, &good[..good.len() - 2]).unwrap();
     assert!(matches!(read(&path), Err(TimelineError::Json { .. })));

@@ -232,6 +232,44 @@ fn damage_is_told_by_place() {
 }
 
 #[test]
+fn a_small_gltf_cannot_stand_for_more_than_fits_into_memory() {
+    // 2000 nodes share a mesh whose 500 primitives share an accessor of 1000 vertices.
+    let list = |part: &str, count: usize| vec![part; count].join(",");
+    let nodes: Vec<String> = (0..2000).map(|node| node.to_string()).collect();
+    let text = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [{}]}}], "nodes": [{}],
+        "meshes": [{{"primitives": [{}]}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 999, "type": "VEC3"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 11988}}],
+        "buffers": [{{"byteLength": 12000, "uri": "data:;base64,{}"}}]}}"#,
+        nodes.join(","),
+        list(r#"{"mesh": 0}"#, 2000),
+        list(r#"{"attributes": {"POSITION": 0}}"#, 500),
+        "A".repeat(16_000)
+    );
+    let message = read_bytes("small.gltf", text).unwrap_err().to_string();
+    assert!(message.contains("more than 20 million vertices"), "{message}");
+}
+
+#[test]
+fn buffers_that_name_one_file_are_read_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut buffer = gltf_buffer();
+    // 100 times this would be more than all buffers may have.
+    buffer.resize(20 << 20, 0);
+    fs::write(folder.path().join("a.bin"), buffer).unwrap();
+    let one = r#"{"byteLength": 42, "uri": "a.bin"}"#;
+    let text = gltf("a.bin").replace(one, &vec![one; 100].join(","));
+    let path = folder.path().join("many.gltf");
+    fs::write(&path, text).unwrap();
+    assert_eq!(read_mesh(&path).unwrap().triangles.len(), 1);
+    let outside = gltf("../a.bin");
+    fs::write(&path, outside).unwrap();
+    let message = read_mesh(&path).unwrap_err().to_string();
+    assert!(message.contains("only files in the folder of the mesh"), "{message}");
+}
+
+#[test]
 fn files_that_are_no_meshes_are_refused() {
     assert!(matches!(read_bytes("a.txt", "x"), Err(MeshFileError::Extension { .. })));
     assert!(matches!(read_bytes("obj", "x"), Err(MeshFileError::Extension { .. })));

@@ -173,19 +173,28 @@ fn what_is_put_in_comes_out_and_what_is_damaged_does_not() {
 }
 
 #[test]
-fn what_the_killed_have_left_is_removed_once_it_is_old() {
+fn what_the_killed_have_left_is_removed_and_what_the_living_write_is_not() {
     let folder = tempfile::tempdir().unwrap();
     let cache = ModelCache::new(folder.path());
-    let (old, new) = (
-        folder.path().join("acceleration-1.safetensors.part-7-0"),
-        folder.path().join("acceleration-1.safetensors.part-8-0"),
-    );
-    fs::write(&old, "half").unwrap();
-    fs::write(&new, "half").unwrap();
-    let yesterday = std::time::SystemTime::now() - Duration::from_secs(86_400);
-    fs::File::options().write(true).open(&old).unwrap().set_modified(yesterday).unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let dead = [
+        path("acceleration-1.safetensors.part-1-0"),
+        path("acceleration-1.safetensors.part-0123456789abcdef"),
+        path(&format!("acceleration-{KEY}.safetensors.part-1-0")),
+    ];
+    let living = path("acceleration-2.safetensors.part-0123456789abcdef");
+    let resumed = path("acceleration-3.partial");
+    dead.iter().chain([&living, &resumed]).for_each(|path| fs::write(path, "half").unwrap());
+    let lock = fs::File::open(&living).unwrap();
+    lock.try_lock().unwrap();
+    let last_month = std::time::SystemTime::now() - Duration::from_secs(31 * 86_400);
+    let given_up = path("acceleration-4.partial");
+    fs::write(&given_up, "half").unwrap();
+    fs::File::options().write(true).open(&given_up).unwrap().set_modified(last_month).unwrap();
     cache.write(&model(KEY, 1.0)).unwrap();
-    assert!(!old.exists() && new.exists());
+    assert!(check_entry(&cache));
+    assert!(dead.iter().all(|path| !path.exists()) && !given_up.exists());
+    assert!(living.exists() && resumed.exists());
 }
 
 #[test]

@@ -126,7 +126,7 @@ pub(crate) enum ExportFormat {
 #[derive(Args)]
 pub(crate) struct Inspect {
     /// A timeline folder, a WAV file, a sound model, a soundbank, a mesh, a shape or a scene
-    pub(crate) file: String,
+    pub(crate) file: PathBuf,
     /// Material preset of a mesh or a shape, for its mass and its modes
     #[arg(long, value_name = "NAME")]
     pub(crate) material: Option<String>,

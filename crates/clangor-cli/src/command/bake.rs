@@ -120,7 +120,7 @@ fn write_modes(
     modal_report::say(console, &file.modal, false);
     console.say(format_args!("{} in {seconds:.2} s", origin(baked.cached)));
     console.json(&json!({
-        "model": output,
+        "model": output.display().to_string(),
         "name": options.input,
         "bytes": bytes,
         "modal": modal_report::json(&file.modal),

@@ -143,7 +143,7 @@ pub(super) fn report_modal(console: &Console, path: &Path, file: &ModalSoundbank
         })
     });
     console.json(&json!({
-        "bank": path,
+        "bank": path.display().to_string(),
         "bytes": bytes,
         "ellipsoids": ellipsoids.collect::<Vec<_>>(),
         "modes": modes,
@@ -192,7 +192,7 @@ pub(super) fn report(console: &Console, path: &Path, file: &BankFile) {
         })
     });
     console.json(&json!({
-        "bank": path,
+        "bank": path.display().to_string(),
         "bytes": bytes,
         "max_ka": band,
         "ellipsoids": ellipsoids.collect::<Vec<_>>(),

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::arguments::Global;
 use crate::console::{Console, counted};
-use crate::diagnostics::draw_warning;
+use crate::diagnostics::draw_warnings;
 use crate::failure::Failure;
 
 /// Finds them in the cache or by a decomposition, and says what came of it.
@@ -34,8 +34,8 @@ pub(super) fn say(loaded: &LoadedScene, console: &Console) {
             found.time.as_secs_f64()
         ));
     }
-    for warning in &loaded.collisions.warnings {
-        console.note(draw_warning(&loaded.path, &loaded.text, warning));
+    for drawn in draw_warnings(&loaded.path, &loaded.text, loaded.collisions.warnings.iter()) {
+        console.drawn(drawn);
     }
     loaded.collisions.remarks.iter().for_each(|remark| console.warn(remark));
 }

@@ -18,7 +18,7 @@ use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use serde_json::json;
 
 use super::impact_modes::impact_modes;
-use super::{check_ending, is_timeline, load};
+use super::{check_ending, is_timeline, load, refuse_overwriting};
 use crate::arguments::{Export, ExportFormat, Global};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
@@ -36,6 +36,7 @@ pub(crate) fn run(options: &Export, global: &Global, console: &Console) -> Resul
 /// The moving bodies of a scene or a timeline.
 fn motion(input: &Path, output: &Path, rate: f64, global: &Global, console: &Console) -> Result<(), Failure> {
     check_ending(output, "glb")?;
+    refuse_overwriting(input, output)?;
     let summary = if is_timeline(input) {
         export_timeline_gltf(input, output, rate)?
     } else {
@@ -45,13 +46,16 @@ fn motion(input: &Path, output: &Path, rate: f64, global: &Global, console: &Con
         export_scene_gltf(&loaded, output, rate, &mut |t| progress.reached(t))?
     };
     console.say(format_args!("{}: {} nodes, {} instants", output.display(), summary.nodes, summary.frames));
-    console.json(&json!({ "gltf": output, "nodes": summary.nodes, "frames": summary.frames }));
+    console.json(
+        &json!({ "gltf": output.display().to_string(), "nodes": summary.nodes, "frames": summary.frames }),
+    );
     Ok(())
 }
 
 /// A body with its modes.
 fn modal(model: &Path, output: &Path, material: Option<&str>, console: &Console) -> Result<(), Failure> {
     check_ending(output, "glb")?;
+    refuse_overwriting(model, output)?;
     let (modal, solid) = match read_sound_file(model).map_err(Failure::new)? {
         SoundFile::Model(file) => (file.modal, file.solid),
         SoundFile::Modal(file) => (Some(file.modal), file.solid),
@@ -106,7 +110,8 @@ fn modal(model: &Path, output: &Path, material: Option<&str>, console: &Console)
         material.name,
         counted(modes, "mode", "modes")
     ));
-    console.json(&json!({ "gltf": output, "name": body.name, "material": material.name, "modes": modes }));
+    let written = output.to_string_lossy();
+    console.json(&json!({ "gltf": written, "name": body.name, "material": material.name, "modes": modes }));
     Ok(())
 }
 

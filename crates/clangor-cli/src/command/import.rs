@@ -11,7 +11,7 @@ use serde_json::json;
 use super::{check_ending, load};
 use crate::arguments::{Global, Import, ImportFormat, RecordedMotion, UpAxis};
 use crate::console::Console;
-use crate::diagnostics::draw_warning;
+use crate::diagnostics::draw_warnings;
 use crate::failure::Failure;
 
 /// Confidence below which an impact is told as doubtful.
@@ -28,7 +28,8 @@ pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Resul
             let contacts = imported.rows.contacts;
             let poses = imported.rows.poses;
             console.say(format_args!("{}: {contacts} contact rows, {poses} poses", output.display()));
-            console.json(&json!({ "timeline": output, "contact_rows": contacts, "pose_rows": poses }));
+            let written = output.to_string_lossy();
+            console.json(&json!({ "timeline": written, "contact_rows": contacts, "pose_rows": poses }));
             Ok(())
         }
         ImportFormat::Gltf { scene, files, poses, common } => {
@@ -57,8 +58,9 @@ fn motion(
     let loaded = load_scene(scene, &|_| ())?;
     // The scene need not move anything itself.
     let moves = |doubt: &Doubt| matches!(doubt, Doubt::NothingMoves | Doubt::NothingToHit);
-    for warning in loaded.warnings.iter().filter(|warning| !moves(&warning.doubt)) {
-        console.note(draw_warning(scene, &loaded.text, warning));
+    let warnings: Vec<_> = loaded.warnings.iter().filter(|warning| !moves(&warning.doubt)).collect();
+    for drawn in draw_warnings(scene, &loaded.text, warnings.into_iter()) {
+        console.drawn(drawn);
     }
     let imported = import_motion(&loaded, files, output, *force).map_err(Failure::new)?;
     imported.notices.iter().for_each(|notice| console.note(notice));
@@ -70,7 +72,8 @@ fn motion(
         rows.contacts
     ));
     let mut report = json!({
-        "timeline": output, "moved_bodies": moved, "pose_rows": rows.poses, "contact_rows": rows.contacts,
+        "timeline": output.to_string_lossy(),
+        "moved_bodies": moved, "pose_rows": rows.poses, "contact_rows": rows.contacts,
         "notices": imported.notices,
     });
     if let Some(found) = &imported.found {

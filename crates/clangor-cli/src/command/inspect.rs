@@ -29,7 +29,7 @@ use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Inspect, global: &Global, console: &Console) -> Result<(), Failure> {
-    let path = Path::new(&options.file);
+    let path = options.file.as_path();
     match path.extension().and_then(|e| e.to_str()) {
         Some("wav") => wav(path, console),
         Some("toml") => scene(path, global, console),
@@ -286,7 +286,8 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
 
 /// Size, mass properties and collision parts of a shape or a mesh file.
 fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(), Failure> {
-    let text = options.file.as_str();
+    // A shape is text; the name of a mesh file need not be.
+    let text = &*options.file.to_string_lossy();
     let material = options.material.as_deref().map(preset).transpose()?;
     let reference = geometry_reference(text, options.scale);
     if matches!(reference.geometry, Geometry::Shape(_)) {
@@ -295,8 +296,8 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
     let refuse = |e: &dyn Display| Failure::new(format_args!("\"{text}\" cannot be inspected: {e}"));
     let (loaded, parts) = match &reference.geometry {
         Geometry::Shape(_) => (load_geometry(Path::new(""), &reference).map_err(|e| refuse(&e))?, None),
-        Geometry::File(file) => {
-            let (loaded, mesh) = load_mesh(Path::new(file), reference.scale).map_err(|e| refuse(&e))?;
+        Geometry::File(_) => {
+            let (loaded, mesh) = load_mesh(&options.file, reference.scale).map_err(|e| refuse(&e))?;
             let warnings = loaded.warnings.iter().cloned().chain(size_warning(&loaded.surface));
             warnings.for_each(|warning| console.warn(format_args!("\"{text}\": {warning}")));
             let cache = ModelCache::find(global.cache.as_deref());

@@ -17,11 +17,20 @@ use clangor_pipeline::plots::spectrum::{self, SpectrumPlot};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_model, read_sound_file};
 use serde_json::json;
 
+use super::refuse_overwriting;
 use crate::arguments::{Degree, Picture, Plot};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Plot, console: &Console) -> Result<(), Failure> {
+    let (input, output) = match &options.picture {
+        Picture::Modes { model: input, output, .. }
+        | Picture::Field { model: input, output, .. }
+        | Picture::Spectrum { sound: input, output, .. }
+        | Picture::Spectrogram { sound: input, output, .. }
+        | Picture::BankUse { report: input, output, .. } => (input, output),
+    };
+    refuse_overwriting(input, output)?;
     match &options.picture {
         Picture::Field { model, output, degree, frequency } => {
             field(model, output, *degree, *frequency, console)
@@ -66,8 +75,9 @@ fn modes(path: &Path, output: &Path, first: usize, console: &Console) -> Result<
     write_atomically(output, &canvas.encode().map_err(Failure::new)?).map_err(Failure::new)?;
     let last = first + drawn - 1;
     console.say(format_args!("{}: modes {first} to {last} of {}", output.display(), part.model.modes.len()));
-    console
-        .json(&json!({ "picture": output, "first": first, "last": last, "modes": part.model.modes.len() }));
+    let modes = part.model.modes.len();
+    let picture = output.to_string_lossy();
+    console.json(&json!({ "picture": picture, "first": first, "last": last, "modes": modes }));
     Ok(())
 }
 
@@ -124,7 +134,7 @@ fn spectrum(
         console.say(format_args!("{:>10.1} Hz {:>6.1} dB{beside}", peak.frequency, peak.level));
     }
     console.json(&json!({
-        "picture": output,
+        "picture": output.display().to_string(),
         "max_frequency_hz": end,
         "peaks": peaks.iter().map(|p| json!({
             "frequency_hz": p.frequency,
@@ -179,6 +189,7 @@ fn field(
     plot.draw(&file, canvas.as_mut()).map_err(|e| Failure::new(format_args!("{}: {e}", path.display())))?;
     write_atomically(output, &canvas.encode().map_err(Failure::new)?).map_err(Failure::new)?;
     console.say(format_args!("{}: directivity at {:.0} Hz and a push", output.display(), plot.frequency));
-    console.json(&json!({ "picture": output, "frequency_hz": plot.frequency, "max_frequency_hz": highest }));
+    let picture = output.to_string_lossy();
+    console.json(&json!({ "picture": picture, "frequency_hz": plot.frequency, "max_frequency_hz": highest }));
     Ok(())
 }

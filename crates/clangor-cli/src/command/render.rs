@@ -14,7 +14,7 @@ use super::audio_file::modes_of_files;
 use super::session::{self, StageBars, check_simulated, open, prepare};
 use super::simulate::breaking;
 use super::sound_sources::give_models;
-use super::{check_ending, is_timeline};
+use super::{check_ending, is_timeline, refuse_overwriting};
 use crate::arguments::{Bits, Global, Render, RenderedPart, Transfer};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
@@ -24,11 +24,13 @@ mod report;
 pub(crate) fn run(options: &Render, global: &Global, console: &Console) -> Result<(), Failure> {
     let output = options.output.clone().unwrap_or_else(|| options.input.with_extension("wav"));
     check_ending(&output, "wav")?;
+    refuse_overwriting(&options.input, &output)?;
     if let Some(folder) = &options.timeline {
         check_ending(folder, "timeline")?;
     }
     if let Some(path) = &options.report {
         check_ending(path, "json")?;
+        refuse_overwriting(&options.input, path)?;
     }
     check_saved_forces(options)?;
     let settled = [

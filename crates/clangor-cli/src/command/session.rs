@@ -13,7 +13,7 @@ use super::simulate::say_simulated;
 use super::{collision_parts, drafts, is_timeline};
 use crate::arguments::Global;
 use crate::console::{Console, Progress};
-use crate::diagnostics::draw_warning;
+use crate::diagnostics::draw_warnings;
 use crate::failure::Failure;
 
 /// One progress bar at a time: that of the stage that a session is in.
@@ -78,8 +78,8 @@ pub(super) fn open<'a>(
 ) -> Result<Session<'a>, Failure> {
     let session = settings.on_progress(|progress| bars.show(progress)).open(input)?;
     if let Some(loaded) = session.scene() {
-        for warning in &loaded.warnings {
-            console.note(draw_warning(input, &loaded.text, warning));
+        for drawn in draw_warnings(input, &loaded.text, loaded.warnings.iter()) {
+            console.drawn(drawn);
         }
     }
     if session.lacks_rolling() {

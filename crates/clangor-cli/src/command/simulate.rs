@@ -9,7 +9,7 @@ use clangor_sim::SimulationReport;
 use serde_json::json;
 
 use super::impact_modes::impact_modes;
-use super::{check_ending, collision_parts, load};
+use super::{check_ending, collision_parts, load, refuse_overwriting};
 use crate::arguments::{Global, Simulate};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
@@ -19,6 +19,7 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
     check_ending(&output, "timeline")?;
     if let Some(path) = &options.report {
         check_ending(path, "json")?;
+        refuse_overwriting(&options.scene, path)?;
     }
     let adjust = |scene: &mut clangor_core::scene::Scene| {
         scene.simulation.duration = options.duration.unwrap_or(scene.simulation.duration);
@@ -46,7 +47,7 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
         rows.poses
     ));
     console.json(&json!({
-        "timeline": output,
+        "timeline": output.display().to_string(),
         "impacts": report.impacts,
         "dropped_impacts": report.dropped_impacts,
         "fractures": report.fractures,

@@ -22,6 +22,7 @@ mod support;
 
 use std::collections::BTreeSet;
 
+use toml::Spanned;
 use toml::de::DeTable;
 
 use super::diagnostic::{Doubt, Place, Problem, SceneError, SceneErrors};
@@ -83,7 +84,7 @@ impl Scene {
 
 /// The readable part of a scene, and every error.
 fn decode(text: &str) -> (Scene, Vec<SceneError>) {
-    let (tree, syntax_errors) = DeTable::parse_recoverable(text);
+    let (text, tree, syntax_errors) = parse(text);
     let mut d = Decoder::new(text);
     let scene = decode_tree(&mut d, tree.get_ref());
     if !syntax_errors.is_empty() {
@@ -92,6 +93,30 @@ fn decode(text: &str) -> (Scene, Vec<SceneError>) {
     d.errors.sort_by_key(|e| e.place.order());
     d.warnings.sort_by_key(|w| w.place.order());
     (Scene { warnings: d.warnings, ..scene }, d.errors)
+}
+
+/// Text after the first syntax error that is judged \[bytes\].
+const AFTER_FIRST_SYNTAX_ERROR: usize = 1 << 16;
+
+/// The part of a text that is judged, its tree, and its syntax errors. A file that is no scene at all may
+/// have millions of errors: then the text is judged up to a line some way after the first one.
+fn parse(text: &str) -> (&str, Spanned<DeTable<'_>>, Vec<toml::de::Error>) {
+    let first = match DeTable::parse(text) {
+        Ok(tree) => return (text, tree, Vec::new()),
+        Err(error) => error.span().map_or(0, |span| span.start),
+    };
+    let end = text.floor_char_boundary(first.saturating_add(AFTER_FIRST_SYNTAX_ERROR));
+    let end = match text[..end].rfind('\n') {
+        Some(line_end) if line_end > first && end < text.len() => line_end + 1,
+        _ => end,
+    };
+    let judged = &text[..end];
+    let (tree, mut errors) = DeTable::parse_recoverable(judged);
+    if end < text.len() {
+        // An error at the end comes from the cut.
+        errors.retain(|e| e.span().is_none_or(|span| span.start < end));
+    }
+    (judged, tree, errors)
 }
 
 /// Adds the syntax errors, and drops errors that may result from them.
@@ -125,10 +150,11 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
     let mut names = Names::default();
     let bodies = body::bodies(d, &top, &materials, acoustics.medium.sound_speed, &mut names);
     let planes = plane::planes(d, &top, &materials, &mut names, &mut acoustics);
-    let hangs = links::hangs(d, &top, &bodies);
-    let springs = links::springs(d, &top, &bodies);
-    let joints = joints::joints(d, &top, &bodies);
-    let loads = loads::loads(d, &top, &bodies);
+    let named = links::NamedBodies::new(&bodies);
+    let hangs = links::hangs(d, &top, &named);
+    let springs = links::springs(d, &top, &named);
+    let joints = joints::joints(d, &top, &named);
+    let loads = loads::loads(d, &top, &named);
     let listeners = listener::listeners(d, &top);
     let scene = Scene {
         acoustics,
@@ -149,6 +175,7 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
     if let Some(room) = &scene.acoustics.room {
         d.errors.extend(outside(&scene.listeners, room));
     }
+    room::check_reverberation(d, &top, &scene.acoustics);
     check_silence(d, &scene, &top);
     scene
 }

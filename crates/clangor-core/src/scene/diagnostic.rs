@@ -10,6 +10,7 @@ use super::suggest::nearest;
 use super::support_problem::SupportProblem;
 use crate::propagation::PlanesError;
 use crate::propagation::room::RoomError;
+use crate::quantity::readable;
 use crate::shape::ShapeError;
 
 /// A place in a scene. Parts of a scene that do not come from a text, such as a listener of the command line,
@@ -58,19 +59,26 @@ impl fmt::Display for SceneError {
     }
 }
 
-/// All errors of a scene, in the order of the text.
+/// All errors of a scene, in the order of the text. Messages show the first [`SHOWN`] and count the others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneErrors(pub Vec<SceneError>);
 
+/// Errors, or warnings, that a message shows; of more than these, their number is enough.
+pub const SHOWN: usize = 50;
+
 impl fmt::Display for SceneErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, error) in self.0.iter().enumerate() {
+        for (index, error) in self.0.iter().take(SHOWN).enumerate() {
             if index > 0 {
                 writeln!(f)?;
             }
             write!(f, "{error}")?;
         }
-        Ok(())
+        match self.0.len().checked_sub(SHOWN) {
+            None | Some(0) => Ok(()),
+            Some(1) => write!(f, "\nand 1 more error"),
+            Some(more) => write!(f, "\nand {more} more errors"),
+        }
     }
 }
 
@@ -241,6 +249,12 @@ pub enum Problem {
         /// Largest number of bodies.
         limit: u64,
     },
+    /// Too many distinct geometries.
+    #[error("the bodies up to here have more than {limit} distinct geometries")]
+    TooManyGeometries {
+        /// Largest number of geometries.
+        limit: usize,
+    },
     /// A speed that is too close to that of sound, or above it.
     #[error("{} m/s is not slower than sound ({sound_speed} m/s)", readable(*speed))]
     Supersonic {
@@ -337,12 +351,18 @@ impl Problem {
             }
             Problem::AbsurdSize { .. } => "lengths are in metres; correct the shape or its `scale`".into(),
             Problem::TooManyBodies { limit, .. } => format!("use at most {limit}"),
+            Problem::TooManyGeometries { .. } => {
+                "let copies share shapes, files and scales: without {n}, and with one `scale`".into()
+            }
             Problem::Supersonic { .. } => "linear acoustics ends there: write a lower speed in m/s".into(),
             Problem::ListenerInside { .. } => "move the listener outside, or the body away from it".into(),
             Problem::ListenerBelowFloor { .. } => {
                 "raise the listener, lower `floor_height`, or set floor = \"none\"".into()
             }
             Problem::ListenerOutside => "move the listener into the room, or enlarge the room".into(),
+            Problem::Room(RoomError::Undamped { .. }) => {
+                "let a wall absorb a little, such as 0.01, or set late = false".into()
+            }
             Problem::Room(_) => "write the lower corner as `lowest`, the other as `highest`".into(),
             Problem::Planes(PlanesError::TooMany { .. }) => {
                 "let fewer planes reflect, or lower `reflection_order`".into()
@@ -386,17 +406,15 @@ fn syntax_remedy(message: &str) -> &'static str {
     }
 }
 
-/// A number without trailing zeros.
-pub(super) fn readable(value: f64) -> String {
-    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite();
-    if plain { format!("{value}") } else { format!("{value:e}") }
-}
+/// Known names that a message shows.
+const SHOWN_NAMES: usize = 20;
+/// Known names that an error keeps: with one more than it shows, it is clear that there are more.
+pub(super) const KEPT_NAMES: usize = SHOWN_NAMES + 1;
 
 /// The first names of a list.
 fn abridged(names: &[String]) -> String {
-    const SHOWN: usize = 20;
-    let shown = names.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ");
-    if names.len() > SHOWN { format!("{shown}, …") } else { shown }
+    let shown = names.iter().take(SHOWN_NAMES).cloned().collect::<Vec<_>>().join(", ");
+    if names.len() > SHOWN_NAMES { format!("{shown}, …") } else { shown }
 }
 
 /// A warning: accepted, but probably not intended.

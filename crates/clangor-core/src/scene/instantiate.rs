@@ -46,6 +46,9 @@ pub fn instantiate(scene: &Scene, load: &mut Loader<'_>) -> Result<Instance, Sce
         problems.error(place, Problem::TooManyBodies { count: total, limit: MAX_BODIES });
         return Err(SceneErrors(problems.errors));
     }
+    if let Some(error) = copies::too_many_geometries(scene) {
+        return Err(SceneErrors(vec![error]));
+    }
     problems.errors.extend(below_floor(&scene.listeners, scene.acoustics.floor));
     let drafts = copies::draft(scene, load, &mut problems);
     let planes: Vec<Body> = scene.planes.iter().map(plane).collect();

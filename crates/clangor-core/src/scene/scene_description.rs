@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::body_description::{BodyDescription, PlaneDescription};
+use super::body_description::{BodyDescription, Copies, PlaneDescription};
 use super::breaking::Breaking;
-use super::diagnostic::SceneWarning;
+use super::diagnostic::{Place, SceneWarning};
 use super::link_description::{HangDescription, JointDescription, LoadDescription, SpringDescription};
 use super::listener::ListenerDescription;
 use super::render_description::RenderDescription;
@@ -154,6 +154,21 @@ impl Scene {
     pub fn breaking_rules(&self) -> Vec<Option<&Breaking>> {
         let bodies = self.bodies.iter();
         bodies.flat_map(|body| std::iter::repeat_n(body.breaking.as_ref(), body.count())).collect()
+    }
+
+    /// The place in the text of the body, copy or plane with this name in the instantiated scene.
+    pub fn place_of(&self, name: &str) -> Option<&Place> {
+        let has_copy = |body: &BodyDescription| {
+            body.copies != Copies::One
+                && name
+                    .strip_prefix(body.name.as_str())
+                    .and_then(|rest| rest.strip_prefix('-')?.parse::<usize>().ok())
+                    .is_some_and(|number| (1..=body.count()).contains(&number))
+        };
+        let bodies = self.bodies.iter();
+        let body = bodies.clone().find(|b| b.name == name).or_else(|| bodies.clone().find(|b| has_copy(b)));
+        let plane = || self.planes.iter().find(|plane| plane.name == name).map(|plane| &plane.place);
+        body.map(|body| &body.place).or_else(plane)
     }
 
     /// The `[[body]]` of a body of the instantiated scene; `None` for planes.

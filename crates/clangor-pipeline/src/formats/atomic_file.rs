@@ -1,14 +1,18 @@
 //! Output that is whole or absent: files and folders are written under a temporary name beside their
 //! destination, synchronised to the disk, and renamed.
 //!
-//! A run that fails, is interrupted or is dropped half-way leaves what was there before. After a power cut or
-//! `kill -9` a leftover `NAME.part-PID` may remain beside the destination; it is never mistaken for the
-//! result.
+//! A run that fails, is interrupted or is dropped half-way leaves what was there before. A power cut or
+//! `kill -9` leaves a temporary file beside the destination. It is never mistaken for the result, and the
+//! next run that writes the same output removes it ([`part`]).
 
-use std::fs::{self, File, OpenOptions};
+mod folder;
+pub(super) mod part;
+
+use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+
+pub use folder::AtomicFolder;
 
 /// Why an output could not be put in place.
 #[derive(Debug, thiserror::Error)]
@@ -52,16 +56,6 @@ impl OutputError {
         let path = path.to_path_buf();
         move |source| OutputError::Io { action, path, source }
     }
-}
-
-/// Tells apart the partial outputs of one process.
-static PART: AtomicU32 = AtomicU32::new(0);
-
-/// `NAME.part-PID-N` beside `NAME`.
-fn part_path(destination: &Path) -> PathBuf {
-    let mut name = destination.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".part-{}-{}", std::process::id(), PART.fetch_add(1, Ordering::Relaxed)));
-    destination.with_file_name(name)
 }
 
 /// The folder that holds `path`, which must exist.
@@ -116,13 +110,8 @@ impl AtomicFile {
             Err(_) => path.to_path_buf(),
         };
         parent_folder(&destination)?;
-        let part = part_path(&destination);
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create_new(true)
-            .open(&part)
-            .map_err(OutputError::io("create", &part))?;
+        part::remove_leftovers(&destination);
+        let (part, file) = part::create_file(&destination)?;
         Ok(AtomicFile { file: Some(file), part, destination })
     }
 
@@ -189,116 +178,6 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(bytes).map_err(OutputError::io("write", path))?;
     file.commit()
-}
-
-/// A folder that appears under its name only when [`AtomicFolder::commit`] succeeds; dropped before, it
-/// leaves nothing.
-#[derive(Debug)]
-pub struct AtomicFolder {
-    part: PathBuf,
-    destination: PathBuf,
-    replace: bool,
-    committed: bool,
-}
-
-impl AtomicFolder {
-    /// Starts a folder that will appear at `path`. One that exists is replaced only if `replace` and only if
-    /// it holds `marker`, the file by which a folder of this kind is known: a mistyped path must not erase
-    /// someone's work.
-    ///
-    /// # Errors
-    /// [`OutputError`].
-    pub fn create(path: &Path, replace: bool, marker: &str) -> Result<Self, OutputError> {
-        let destination = match fs::symlink_metadata(path) {
-            Ok(_) if !replace => return Err(OutputError::Exists { path: path.into() }),
-            Ok(_) if !path.join(marker).is_file() => {
-                return Err(OutputError::WrongKind {
-                    path: path.into(),
-                    expected: "folder written by this program",
-                });
-            }
-            Ok(_) => fs::canonicalize(path).map_err(OutputError::io("open", path))?,
-            Err(_) => path.to_path_buf(),
-        };
-        parent_folder(&destination)?;
-        let part = part_path(&destination);
-        fs::create_dir(&part).map_err(OutputError::io("create", &part))?;
-        Ok(AtomicFolder { part, destination, replace, committed: false })
-    }
-
-    /// The folder to write into until then.
-    pub fn path(&self) -> &Path {
-        &self.part
-    }
-
-    /// Where the folder will appear.
-    pub fn destination(&self) -> &Path {
-        &self.destination
-    }
-
-    /// Lets the folder appear at another place, where it replaces what bears `marker`.
-    ///
-    /// # Errors
-    /// [`OutputError`] where something else is; the folder is gone then.
-    pub fn divert(mut self, path: &Path, marker: &str) -> Result<Self, OutputError> {
-        if fs::symlink_metadata(path).is_ok() && !path.join(marker).is_file() {
-            return Err(OutputError::WrongKind {
-                path: path.into(),
-                expected: "folder written by this program",
-            });
-        }
-        self.destination = path.into();
-        self.replace = true;
-        Ok(self)
-    }
-
-    /// Puts the folder in place. Its files must have been synchronised by whoever wrote them.
-    ///
-    /// An old folder is first renamed to `NAME.old-PID-N`, then the new one takes its name, then the old one
-    /// is removed: a folder cannot be renamed over another. A run killed between the two renames leaves both,
-    /// whole.
-    ///
-    /// # Errors
-    /// [`OutputError`]; the old folder is then back in place.
-    pub fn commit(mut self) -> Result<(), OutputError> {
-        sync_folder(&self.part)?;
-        let old = self.set_aside()?;
-        if let Err(error) = fs::rename(&self.part, &self.destination) {
-            if let Some(old) = &old {
-                fs::rename(old, &self.destination).map_err(OutputError::io("restore", old))?;
-            }
-            return Err(OutputError::io("write", &self.destination)(error));
-        }
-        self.committed = true;
-        sync_folder(parent_folder(&self.destination)?)?;
-        match old {
-            Some(old) => fs::remove_dir_all(&old).map_err(OutputError::io("remove the replaced", &old)),
-            None => Ok(()),
-        }
-    }
-
-    fn set_aside(&self) -> Result<Option<PathBuf>, OutputError> {
-        if fs::symlink_metadata(&self.destination).is_err() {
-            return Ok(None);
-        }
-        if !self.replace {
-            return Err(OutputError::Exists { path: self.destination.clone() });
-        }
-        let mut name = self.destination.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".old-{}-{}", std::process::id(), PART.fetch_add(1, Ordering::Relaxed)));
-        let old = self.destination.with_file_name(name);
-        fs::rename(&self.destination, &old).map_err(OutputError::io("replace", &self.destination))?;
-        Ok(Some(old))
-    }
-}
-
-impl Drop for AtomicFolder {
-    fn drop(&mut self) {
-        if !self.committed {
-            // As for a file: nobody can be told.
-            let _ = fs::remove_dir_all(&self.part);
-        }
-    }
 }
 
 #[cfg(test)]

@@ -28,7 +28,6 @@ mod parquet;
 
 pub(crate) use csv::split as split_line;
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +35,7 @@ use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
+use crate::formats::input_file::read_bounded;
 use crate::formats::record_table::RecordTableError;
 
 /// Why a contact list could not be read.
@@ -220,6 +220,9 @@ pub fn read_listed_contacts(
     Ok(finish(rows))
 }
 
+/// Largest list that is read \[bytes\].
+const MOST_BYTES: u64 = 1 << 32;
+
 fn read_entries(path: &Path) -> Result<Parsed, ContactListError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     let parse = match extension.as_str() {
@@ -228,7 +231,8 @@ fn read_entries(path: &Path) -> Result<Parsed, ContactListError> {
         "parquet" => return parquet::parse(path),
         _ => return Err(ContactListError::Extension { path: path.into() }),
     };
-    let bytes = fs::read(path).map_err(|source| ContactListError::Io { path: path.into(), source })?;
+    let bytes = read_bounded(path, MOST_BYTES)
+        .map_err(|source| ContactListError::Io { path: path.into(), source })?;
     let text = String::from_utf8(bytes)
         .map_err(|e| ContactListError::NotText { path: path.into(), at: e.utf8_error().valid_up_to() })?;
     // Editors of one system put a mark before the text.

@@ -10,16 +10,16 @@ pub mod implicit_shape;
 mod key_times;
 pub mod physics;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::pose::Pose;
 use glam::DMat4;
 
+use crate::formats::input_file::read_bounded;
 use crate::formats::mesh_reader::gltf::document::GltfFile;
 use crate::formats::mesh_reader::gltf::{Placed, append_node, placed_nodes};
-use crate::formats::mesh_reader::{Located, MeshFault, MeshFileError};
+use crate::formats::mesh_reader::{Located, MOST_BYTES, MeshFault, MeshFileError};
 use crate::motion::recording::Frame;
 use curve::Curves;
 use frames::NodeMotion;
@@ -132,7 +132,8 @@ pub struct GltfNode {
 /// # Errors
 /// [`GltfMotionError`] names the file, the node and what to do.
 pub fn read_gltf_motion(path: &Path) -> Result<Vec<GltfNode>, GltfMotionError> {
-    let bytes = fs::read(path).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
+    let bytes =
+        read_bounded(path, MOST_BYTES).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
     let in_file = |located: Located| GltfMotionError::from(located.in_file(path));
     let file = GltfFile::open(&bytes, path.parent().unwrap_or(Path::new("."))).map_err(in_file)?;
     check_compression(&file).map_err(in_file)?;

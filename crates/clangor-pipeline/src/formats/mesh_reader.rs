@@ -13,12 +13,13 @@ pub(crate) mod ply;
 pub(crate) mod stl;
 
 use std::fmt;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
+
+use crate::formats::input_file::read_bounded;
 
 /// Why a mesh file could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -164,6 +165,9 @@ impl Located {
     }
 }
 
+/// Largest file of a mesh or of glTF \[bytes\].
+pub(crate) const MOST_BYTES: u64 = 1 << 30;
+
 /// Reads the mesh in a file; the extension tells the format.
 ///
 /// # Errors
@@ -173,7 +177,8 @@ pub fn read_mesh(path: &Path) -> Result<TriMesh, MeshFileError> {
     if !["obj", "ply", "stl", "gltf", "glb"].contains(&extension.as_str()) {
         return Err(MeshFileError::Extension { path: path.into() });
     }
-    let bytes = fs::read(path).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
+    let bytes =
+        read_bounded(path, MOST_BYTES).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
     let mesh = match extension.as_str() {
         "obj" => obj::parse(&bytes),
         "ply" => ply::parse(&bytes, &[]).map(|ply| ply.mesh),

@@ -28,11 +28,9 @@ use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
 use clangor_sim::decompose::Decomposition;
 
-use crate::formats::atomic_file::{OutputError, write_atomically};
+use crate::formats::atomic_file::{OutputError, part, write_atomically};
 pub use key::{collision_parts_key, given_modes_key, modal_key, modal_soundbank_key, model_key};
 
-/// A partial entry this old belongs to a process that was killed: writing one takes seconds.
-const ABANDONED: Duration = Duration::from_secs(3600);
 /// What was solved of a bake that nobody took up again for so long is given up.
 const GIVEN_UP: Duration = Duration::from_secs(30 * 24 * 3600);
 
@@ -279,15 +277,15 @@ impl ModelCache {
         for entry in entries {
             let name = entry.file_name();
             let name = name.to_string_lossy();
-            let longest = if name.contains(".part-") {
-                ABANDONED
-            } else if name.ends_with(".partial") {
-                GIVEN_UP
-            } else {
+            if name.contains(".part-") {
+                part::remove_abandoned(&entry.path());
                 continue;
-            };
+            }
+            if !name.ends_with(".partial") {
+                continue;
+            }
             let age = entry.metadata().and_then(|m| m.modified()).ok().and_then(|t| t.elapsed().ok());
-            if age.is_some_and(|age| age > longest) {
+            if age.is_some_and(|age| age > GIVEN_UP) {
                 let _ = fs::remove_file(entry.path());
             }
         }

@@ -167,7 +167,9 @@ impl<'p> SessionBuilder<'p> {
             }
             false => Source::from_scene(load_scene(path, &|scene| self.adjust(scene))?),
         };
-        self.session(source, path.display().to_string())
+        // The folder says more of the person than of the sound.
+        let name = path.file_name().unwrap_or(path.as_os_str()).display().to_string();
+        self.session(source, name)
     }
 
     /// A session for a scene in memory; mesh files are looked for in the current folder.

@@ -2,19 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use clangor_core::body::{MeshSurface, Surface, World};
 use clangor_core::geometry::mend::{Mended, mend};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::scene::body_description::{Geometry, GeometryReference};
-use clangor_core::scene::diagnostic::{Doubt, SceneErrors, SceneWarning};
+use clangor_core::scene::diagnostic::{Doubt, Problem, SceneError, SceneErrors, SceneWarning};
 use clangor_core::scene::instantiate::{GeometryError, LoadedGeometry, load_shape, references};
 use clangor_core::scene::{Scene, instantiate};
 use clangor_sim::fracture::Breakable;
 use rayon::prelude::*;
 
+use crate::formats::input_file::read_bounded;
 use crate::formats::mesh_reader::read_mesh;
 use crate::stages::breakables::breakables;
 use crate::stages::collision_parts::{CollisionMesh, Collisions};
@@ -93,7 +94,8 @@ impl LoadedScene {
 /// # Errors
 /// [`LoadError`], with every error of the scene at once.
 pub fn load_scene(path: &Path, adjust: &dyn Fn(&mut Scene)) -> Result<LoadedScene, LoadError> {
-    let bytes = std::fs::read(path).map_err(|source| LoadError::Read { path: path.into(), source })?;
+    let bytes =
+        read_bounded(path, MOST_TEXT).map_err(|source| LoadError::Read { path: path.into(), source })?;
     let text = String::from_utf8(bytes)
         .map_err(|e| LoadError::NotText { path: path.into(), at: e.utf8_error().valid_up_to() })?;
     scene_from_text(path, text, adjust)
@@ -134,8 +136,12 @@ fn loaded(path: &Path, text: String, mut scene: Scene) -> Result<LoadedScene, Lo
     if !scene.listeners.is_empty() {
         scene.warnings.retain(|w| w.doubt != Doubt::NoListener);
     }
+    let references = references(&scene);
+    if references.len() > MANY_GEOMETRIES {
+        refuse_too_many(&scene).map_err(|e| refuse(&text, e))?;
+    }
     let geometries: BTreeMap<String, Result<Loaded, GeometryError>> =
-        references(&scene).into_par_iter().map(|r| (r.to_string(), load(folder, &r))).collect();
+        references.into_par_iter().map(|r| (r.to_string(), load_for_scene(folder, &r))).collect();
     let mut find = |r: &GeometryReference| match geometries.get(&r.to_string()) {
         Some(found) => found.as_ref().map(|loaded| loaded.geometry.clone()).map_err(Clone::clone),
         None => load_geometry(folder, r),
@@ -152,6 +158,28 @@ fn loaded(path: &Path, text: String, mut scene: Scene) -> Result<LoadedScene, Lo
     Ok(LoadedScene { path: path.into(), text, world, breakables, modes, collisions, scene, warnings })
 }
 
+/// Number of distinct geometries from which on a scene is asked whether it has too many, before any is built.
+const MANY_GEOMETRIES: usize = 1000;
+
+/// Refuses more geometries than are built. [`instantiate`] does so before it loads the first one, and here
+/// none can be loaded.
+fn refuse_too_many(scene: &Scene) -> Result<(), SceneErrors> {
+    let mut none = |_: &GeometryReference| {
+        Err(GeometryError { reason: "nothing is loaded here".into(), remedy: String::new() })
+    };
+    match instantiate(scene, &mut none) {
+        Err(SceneErrors(errors)) => {
+            let too_many = |e: &SceneError| matches!(e.problem, Problem::TooManyGeometries { .. });
+            let errors: Vec<SceneError> = errors.into_iter().filter(too_many).collect();
+            if errors.is_empty() { Ok(()) } else { Err(SceneErrors(errors)) }
+        }
+        Ok(_) => Ok(()),
+    }
+}
+
+/// Longest scene that is read \[bytes\].
+const MOST_TEXT: u64 = 16 << 20;
+
 /// Endings of the mesh files that can be read.
 const MESH_ENDINGS: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
 
@@ -163,6 +191,19 @@ pub fn geometry_reference(text: &str, scale: f64) -> GeometryReference {
         false => Geometry::Shape(text.into()),
     };
     GeometryReference { geometry, scale }
+}
+
+/// As [`load`], with a warning of a file outside the folder of the scene: who gets a scene from a stranger
+/// may not want it to be read.
+fn load_for_scene(folder: &Path, reference: &GeometryReference) -> Result<Loaded, GeometryError> {
+    let mut loaded = load(folder, reference)?;
+    if let Geometry::File(file) = &reference.geometry
+        && !Path::new(file).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir))
+    {
+        let warning = format!("{file} lies outside the folder of the scene; was it meant to be read?");
+        loaded.geometry.warnings.push(warning);
+    }
+    Ok(loaded)
 }
 
 /// A geometry, and the mesh of its file.

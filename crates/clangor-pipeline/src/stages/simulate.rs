@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::{Body, BodyId};
 use clangor_core::glam::DVec3;
 use clangor_core::scene::Scene;
+use clangor_core::scene::diagnostic::Place;
 use clangor_core::scene::simulation_description::SolverChoice;
 use clangor_core::timeline::{ContactRow, FractureRow, PoseRow, Timeline, TimelineSink};
 use clangor_sim::fracture::BreakingBodies;
@@ -16,6 +17,7 @@ use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, choose_
 
 use crate::formats::timeline_file::{Origin, TimelineError, TimelineHeader, TimelineSummary, TimelineWriter};
 use crate::stages::load::LoadedScene;
+use crate::stages::start_overlaps::refuse_heaps;
 
 /// Why a simulation gave no timeline.
 #[derive(Debug, thiserror::Error)]
@@ -23,6 +25,18 @@ pub enum SimulateError {
     /// The motion could not be computed.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// The motion cannot begin, because of a body whose place in the scene is known.
+    #[error("{}:{place}: {source}", path.display())]
+    Start {
+        /// The scene.
+        path: PathBuf,
+        /// Its text.
+        text: String,
+        /// Where the body is described.
+        place: Box<Place>,
+        /// Why.
+        source: Box<SimulationError>,
+    },
     /// The timeline could not be written.
     #[error(transparent)]
     Timeline(#[from] TimelineError),
@@ -49,12 +63,12 @@ pub enum SimulateError {
 impl SimulateError {
     /// Whether the caller asked to stop.
     pub fn is_interruption(&self) -> bool {
-        use SimulateError::{Kept, Lost, Simulation, Timeline};
+        use SimulateError::{Kept, Lost, Simulation, Start, Timeline};
         match self {
             Simulation(source) | Kept { source, .. } | Lost { source, .. } => {
                 matches!(source, SimulationError::Interrupted)
             }
-            Timeline(_) => false,
+            Timeline(_) | Start { .. } => false,
         }
     }
 }
@@ -113,14 +127,38 @@ fn run(
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<SimulationReport, SimulateError> {
     let world = &loaded.world;
+    refuse_heaps(world).map_err(|error| at_start(loaded, error))?;
     let modes = |body: BodyId, points: &[(DVec3, DVec3)]| loaded.modes.at(body, points);
     if loaded.breakables.is_empty() {
-        return Ok(clangor_sim::simulate_with_modes(world, (settings, &modes), sink, progress)?);
+        let report = clangor_sim::simulate_with_modes(world, (settings, &modes), sink, progress);
+        return report.map_err(|error| at_start(loaded, error));
     }
     let mut breaking = BreakingBodies::new(world, loaded.breakables.clone(), settings)?;
     let mut breaker = |rigid: &mut RigidWorld, log: &mut StepLog| breaking.look(rigid, log);
-    let report = clangor_sim::simulate_breaking(world, (settings, &modes), sink, &mut breaker, progress)?;
+    let report = clangor_sim::simulate_breaking(world, (settings, &modes), sink, &mut breaker, progress)
+        .map_err(|error| at_start(loaded, error))?;
     Ok(SimulationReport { breaking: breaking.report().clone(), ..report })
+}
+
+/// An error about a body at the start, with its place in the scene; other errors as they are.
+fn at_start(loaded: &LoadedScene, error: SimulationError) -> SimulateError {
+    let name = match &error {
+        // The second body is the one that was written later.
+        SimulationError::StartOverlap { b, time: 0.0, .. } => b,
+        SimulationError::NotASphere { body, .. }
+        | SimulationError::BadBody { body, .. }
+        | SimulationError::OpenJoint { body, .. } => body,
+        _ => return SimulateError::Simulation(error),
+    };
+    match loaded.scene.place_of(name) {
+        Some(place) if place.line > 0 => SimulateError::Start {
+            path: loaded.path.clone(),
+            text: loaded.text.clone(),
+            place: Box::new(place.clone()),
+            source: Box::new(error),
+        },
+        _ => SimulateError::Simulation(error),
+    }
 }
 
 /// The solver of a scene: one in which bodies may break is stepped in time.

@@ -54,7 +54,7 @@ pub(crate) fn evidence(file: &ModelFile) -> String {
 pub(crate) fn json(path: &Path, file: &ModelFile, bytes: u64) -> Value {
     let (model, field, origin) = (&file.acceleration, &file.acceleration.field, &file.origin);
     json!({
-        "model": path,
+        "model": path.display().to_string(),
         "name": file.solid.name,
         "bytes": bytes,
         "radius_m": model.radius,

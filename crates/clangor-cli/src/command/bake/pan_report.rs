@@ -26,7 +26,7 @@ pub(crate) fn say(console: &Console, path: &Path, file: &PanFile, bytes: u64) {
         console.say(warning);
     }
     console.json(&json!({
-        "model": path,
+        "model": path.display().to_string(),
         "representation": "pan",
         "name": file.solid.name,
         "bytes": bytes,

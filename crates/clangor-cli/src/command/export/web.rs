@@ -43,7 +43,7 @@ pub(super) fn run(
         1e-6 * summary.bytes as f64,
     ));
     console.json(&json!({
-        "replay": output,
+        "replay": output.display().to_string(),
         "bodies": summary.bodies,
         "sounds": summary.sounds,
         "events": summary.events,

@@ -53,7 +53,7 @@ pub(super) fn draw(
         ringing.ellipsoids.len()
     ));
     console.json(&json!({
-        "picture": output,
+        "picture": output.display().to_string(),
         "pieces": ringing.proxy_pieces,
         "ellipsoids": ringing.ellipsoids.len(),
     }));

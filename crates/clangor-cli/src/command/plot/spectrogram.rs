@@ -80,7 +80,7 @@ pub(super) fn draw(
     };
     console.say(format_args!("{}: {from} to {to} s, to {max_frequency:.0} Hz{marked}", output.display()));
     console.json(&json!({
-        "picture": output,
+        "picture": output.display().to_string(),
         "max_frequency_hz": max_frequency,
         "deaths": wanted.timeline.map(|_| shown.len()),
         "births": wanted.timeline.map(|_| births),

@@ -345,7 +345,7 @@ impl RenderReportView<'_> {
             .map(|file| {
                 let (peak, rms) = loudest(file);
                 json!({
-                    "path": file.path,
+                    "path": file.path.display().to_string(),
                     "listener": file.listener,
                     "stem": file.stem.map(|stem| bodies[stem.body.index()].name.clone()),
                     "part": file.stem.map(|stem| stem.part.to_string()),

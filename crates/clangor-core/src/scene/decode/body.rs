@@ -12,6 +12,7 @@ use super::settings::{RINGING, SOUNDS};
 use crate::body::{Guide, Motion};
 use crate::material::{Material, presets};
 use crate::pose::Pose;
+use crate::quantity;
 use crate::scene::body_description::{BodyDescription, Copies, PlacedBy, RandomPlacement};
 use crate::scene::breaking::Breaking;
 use crate::scene::diagnostic::{Doubt, Problem};
@@ -139,7 +140,7 @@ fn body(
     let breaking =
         section.get("fracture").map(|node| breakable(d, section, &node, motion.as_ref(), material.as_ref()));
     let supports = super::support::supports(d, section, motion.as_ref());
-    let edge_radius = section.number(d, "edge_radius", Quantity::between(1e-9, 1e3, "m"));
+    let edge_radius = section.number(d, "edge_radius", quantity::EDGE_RADIUS);
     section.exclude(d, "collision_error", "shape", "`shape`, whose convex parts are known");
     section.exclude(d, "collision_error", "preset", "`preset`, whose convex parts are known");
     let collision_error = section.number(d, "collision_error", Quantity::between(1e-4, 1.0, ""));
@@ -225,7 +226,7 @@ fn breakable(
 
 fn motion(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Motion> {
     let motion = section.choice(d, "motion", &[("free", false), ("fixed", true)]);
-    let press = section.number(d, "press", Quantity::between(1e-9, 1e9, "N"));
+    let press = section.number(d, "press", quantity::PRESS);
     let let_go = section.number(d, "let_go", Quantity::between(0.0, 1e9, "s"));
     let Some(node) = section.get("keyframes") else {
         for key in ["press", "let_go"] {

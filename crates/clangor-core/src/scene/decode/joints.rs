@@ -1,8 +1,7 @@
 //! The lists `[[hinge]]`, `[[ball_joint]]`, `[[rod]]` and `[[rope]]`.
 
-use super::links::{body_name, target};
+use super::links::{NamedBodies, body_name, target};
 use super::reader::{Decoder, Quantity, Section};
-use crate::scene::body_description::BodyDescription;
 use crate::scene::link_description::{JointDescription, JointForm, LinkTarget};
 
 pub(super) const HINGE_KEYS: &[&str] = &["body", "to", "point", "axis", "damping", "collide"];
@@ -16,7 +15,7 @@ const POINT: &str = "an array of 3 numbers in m";
 pub(super) fn joints(
     d: &mut Decoder<'_>,
     top: &Section<'_>,
-    bodies: &[BodyDescription],
+    bodies: &NamedBodies<'_>,
 ) -> Vec<JointDescription> {
     let mut joints = Vec::new();
     for section in top.list(d, "hinge", HINGE_KEYS) {
@@ -50,7 +49,7 @@ fn damping(d: &mut Decoder<'_>, section: &Section<'_>) -> f64 {
 fn pivot(
     d: &mut Decoder<'_>,
     section: &Section<'_>,
-    bodies: &[BodyDescription],
+    bodies: &NamedBodies<'_>,
     form: Option<JointForm>,
 ) -> Option<JointDescription> {
     let body = body_name(d, section, "body", bodies, false);
@@ -78,7 +77,7 @@ fn pivot(
 fn line(
     d: &mut Decoder<'_>,
     section: &Section<'_>,
-    bodies: &[BodyDescription],
+    bodies: &NamedBodies<'_>,
     form: JointForm,
 ) -> Option<JointDescription> {
     let body = body_name(d, section, "body", bodies, false);

@@ -1,17 +1,18 @@
 //! The lists `[[hang]]` and `[[spring]]`, and the ends of all links.
 
-use super::reader::{Decoder, Quantity, Section};
+use std::collections::BTreeMap;
+
+use super::reader::{Decoder, Section};
+use crate::quantity;
 use crate::scene::body_description::{BodyDescription, Copies};
-use crate::scene::diagnostic::Problem;
 use crate::scene::link_description::{Anchor, HangDescription, LinkTarget, SpringDescription};
-use crate::scene::suggest::nearest;
 
 pub(super) const HANG_KEYS: &[&str] = &["body", "anchor", "offset"];
 
 pub(super) fn hangs(
     d: &mut Decoder<'_>,
     top: &Section<'_>,
-    bodies: &[BodyDescription],
+    bodies: &NamedBodies<'_>,
 ) -> Vec<HangDescription> {
     let mut hangs = Vec::new();
     for section in top.list(d, "hang", HANG_KEYS) {
@@ -38,7 +39,7 @@ pub(super) const SPRING_KEYS: &[&str] =
 pub(super) fn springs(
     d: &mut Decoder<'_>,
     top: &Section<'_>,
-    bodies: &[BodyDescription],
+    bodies: &NamedBodies<'_>,
 ) -> Vec<SpringDescription> {
     let mut springs = Vec::new();
     for section in top.list(d, "spring", SPRING_KEYS) {
@@ -53,9 +54,9 @@ pub(super) fn springs(
                 section.missing(d, key, expected);
             }
         }
-        let stiffness = section.number(d, "stiffness", Quantity::between(1e-9, 1e12, "N/m"));
-        let damping = section.number(d, "damping", Quantity::between(0.0, 1e12, "N s/m")).unwrap_or(0.0);
-        let rest_length = section.number(d, "rest_length", Quantity::between(0.0, 1e5, "m"));
+        let stiffness = section.number(d, "stiffness", quantity::STIFFNESS);
+        let damping = section.number(d, "damping", quantity::SPRING_DAMPING).unwrap_or(0.0);
+        let rest_length = section.number(d, "rest_length", quantity::REST_LENGTH);
         if let (Some(body), Some(to), Some(stiffness)) = (body, to, stiffness) {
             let place = section.place.clone();
             let point = section.vector(d, "point", "m");
@@ -69,7 +70,7 @@ pub(super) fn springs(
 pub(super) fn target(
     d: &mut Decoder<'_>,
     section: &Section<'_>,
-    bodies: &[BodyDescription],
+    bodies: &NamedBodies<'_>,
 ) -> Option<LinkTarget> {
     let node = section.get("to")?;
     if node.is_text() {
@@ -80,36 +81,55 @@ pub(super) fn target(
     node.vector(d, "m").map(LinkTarget::Point)
 }
 
+/// The bodies of a scene by name.
+pub(super) struct NamedBodies<'b> {
+    bodies: &'b [BodyDescription],
+    /// Indices in the order of the names.
+    by_name: BTreeMap<&'b str, usize>,
+}
+
+impl<'b> NamedBodies<'b> {
+    pub(super) fn new(bodies: &'b [BodyDescription]) -> Self {
+        let by_name = bodies.iter().enumerate().map(|(index, body)| (body.name.as_str(), index)).collect();
+        NamedBodies { bodies, by_name }
+    }
+
+    fn find(&self, name: &str) -> Option<&'b BodyDescription> {
+        self.by_name.get(name).map(|&index| &self.bodies[index])
+    }
+
+    /// Whether a name is that of a body, of a copy, or with `groups` of all copies.
+    fn has(&self, name: &str, groups: bool) -> bool {
+        if self.find(name).is_some_and(|body| groups || body.copies == Copies::One) {
+            return true;
+        }
+        let Some((group, number)) = name.rsplit_once('-') else { return false };
+        let copy = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+        self.find(group)
+            .filter(|body| body.copies != Copies::One)
+            .is_some_and(|body| copy.is_some_and(|copy| copy < body.count() && body.copy_name(copy) == name))
+    }
+}
+
 /// The name of a body, or of all copies of a `[[body]]` where `groups` says so.
 pub(super) fn body_name(
     d: &mut Decoder<'_>,
     section: &Section<'_>,
     key: &'static str,
-    bodies: &[BodyDescription],
+    bodies: &NamedBodies<'_>,
     groups: bool,
 ) -> Option<String> {
     let node = section.get(key)?;
     let name = node.text(d, "the name of a body in quotes")?;
-    let stands_for = |b: &BodyDescription| match b.copies {
-        Copies::One => b.name == name,
-        _ if groups && b.name == name => true,
-        _ => name.strip_prefix(&b.name).and_then(|rest| rest.strip_prefix('-')).is_some_and(|number| {
-            let copy = number.parse::<usize>().ok().filter(|n| (1..=b.count()).contains(n));
-            copy.is_some_and(|n| b.copy_name(n - 1) == name)
-        }),
-    };
-    if bodies.iter().any(stands_for) {
+    if bodies.has(name, groups) {
         return Some(name.to_owned());
     }
-    let known: Vec<String> = bodies
-        .iter()
-        .map(|b| match b.copies {
-            Copies::One => b.name.clone(),
-            _ if groups => b.name.clone(),
-            _ => b.copy_name(0),
-        })
-        .collect();
-    let nearest = nearest(name, known.iter().map(String::as_str));
-    d.error(node.place(d), Problem::UnknownName { what: "body", name: name.to_owned(), nearest, known });
+    let shown = |b: &BodyDescription| match b.copies {
+        Copies::One => b.name.clone(),
+        _ if groups => b.name.clone(),
+        _ => b.copy_name(0),
+    };
+    let known: Vec<String> = bodies.bodies.iter().take(d.comparable()).map(shown).collect();
+    d.unknown_name(node.place(d), "body", name, known.iter().map(String::as_str));
     None
 }

@@ -2,10 +2,9 @@
 
 use glam::DVec3;
 
-use super::links::body_name;
+use super::links::{NamedBodies, body_name};
 use super::reader::{Decoder, Node, Quantity, Section};
 use crate::body::link::LoadCurve;
-use crate::scene::body_description::BodyDescription;
 use crate::scene::diagnostic::Problem;
 use crate::scene::link_description::LoadDescription;
 
@@ -19,7 +18,7 @@ const STRONGEST: f64 = 1e9;
 pub(super) fn loads(
     d: &mut Decoder<'_>,
     top: &Section<'_>,
-    bodies: &[BodyDescription],
+    bodies: &NamedBodies<'_>,
 ) -> Vec<LoadDescription> {
     let mut loads = Vec::new();
     for section in top.list(d, "force", KEYS) {

@@ -2,9 +2,12 @@
 
 use super::reader::{Decoder, Node, Quantity, Section};
 use crate::material::{Damping, Material, presets};
+use crate::quantity::{
+    DENSITY, FRACTURE_ENERGY, FRICTION, MODULUS, POISSON, RESTITUTION, RESTITUTION_SPEED, ROLLING_LOSS,
+    STRENGTH,
+};
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::simulation_description::ContactModel;
-use crate::scene::suggest::nearest;
 
 pub(super) const KEYS: &[&str] = &[
     "base",
@@ -25,19 +28,11 @@ pub(super) const KEYS: &[&str] = &[
     "source",
 ];
 
-const DENSITY: Quantity = Quantity::between(1e-3, 1e5, "kg/m³");
-const MODULUS: Quantity = Quantity::between(1.0, 1e13, "Pa");
-// The open interval of isotropic elasticity, a hair inside: at 0.5 a body is incompressible.
-const POISSON: Quantity = Quantity::between(-0.999, 0.4999, "");
-const RESTITUTION: Quantity = Quantity::between(0.0, 1.0, "");
-const SPEED: Quantity = Quantity::between(1e-6, 1e3, "m/s");
-const STRENGTH: Quantity = Quantity::between(1.0, 1e13, "Pa");
-const FRICTION: Quantity = Quantity::between(0.0, 10.0, "");
 const LOSS_FACTOR: Quantity = Quantity::between(1e-9, 1.0, "");
 const T60: Quantity = Quantity::between(1e-6, 1e4, "s");
 const FREQUENCY: Quantity = Quantity::between(1.0, 1e6, "Hz");
 
-/// Materials of the scene, by name; presets follow.
+/// Materials of the scene, in the order of their names; presets follow.
 pub(super) struct Materials {
     custom: Vec<(String, Material)>,
     contact: ContactModel,
@@ -62,6 +57,7 @@ pub(super) fn materials(d: &mut Decoder<'_>, top: &Section<'_>, contact: Contact
         let material = material(d, &node, name, contact).unwrap_or_else(|| presets::STEEL.material());
         custom.push((name.to_owned(), material));
     }
+    custom.sort_by(|(a, _), (b, _)| a.cmp(b));
     Materials { custom, contact }
 }
 
@@ -88,20 +84,13 @@ impl Materials {
     ) -> Option<Material> {
         let node = section.get(key)?;
         let name = node.text(d, "the name of a material in quotes, such as \"steel\"")?;
-        let own = self.custom.iter().find(|(own, _)| own == name).map(|(_, material)| material.clone());
+        let own = self.custom.binary_search_by(|(own, _)| own.as_str().cmp(name)).ok();
+        let own = own.map(|at| self.custom[at].1.clone());
         let found = own.or_else(|| preset_for(self.contact, name));
         if found.is_none() {
-            let own = self.custom.iter().map(|(name, _)| name.clone());
-            let known: Vec<String> = own.chain(presets::names().map(str::to_owned)).collect();
-            d.error(
-                node.place(d),
-                Problem::UnknownName {
-                    what: "material",
-                    name: name.to_owned(),
-                    nearest: nearest(name, known.iter().map(String::as_str)),
-                    known,
-                },
-            );
+            let own = self.custom.iter().map(|(name, _)| name.as_str());
+            let presets = presets::names().map(|name| -> &str { name });
+            d.unknown_name(node.place(d), "material", name, own.chain(presets));
         }
         found
     }
@@ -123,7 +112,7 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str, contact: ContactMo
     let restitution = required(d, "restitution", RESTITUTION, base.as_ref().map(|b| b.restitution));
     // A restitution without a speed holds at every speed, whatever the base has.
     let of_base = base.as_ref().filter(|_| !section.mentions("restitution"));
-    let restitution_speed = section.number(d, "restitution_speed", SPEED);
+    let restitution_speed = section.number(d, "restitution_speed", RESTITUTION_SPEED);
     let restitution_speed = restitution_speed.or(of_base.and_then(|b| b.restitution_speed));
     let rigid_restitution = of_base.and_then(|b| b.rigid_restitution);
     let yield_strength = section.number(d, "yield_strength", STRENGTH);
@@ -132,9 +121,9 @@ fn material(d: &mut Decoder<'_>, node: &Node<'_>, name: &str, contact: ContactMo
     if !has_base && !["t60", "rayleigh"].iter().any(|key| section.mentions(key)) {
         section.missing(d, "loss_factor", format!("{}, or t60 in s, or rayleigh", LOSS_FACTOR.expected()));
     }
-    let rolling_loss = section.number(d, "rolling_loss", Quantity::between(0.0, 1.0, "m"));
+    let rolling_loss = section.number(d, "rolling_loss", ROLLING_LOSS);
     let tensile_strength = section.number(d, "tensile_strength", STRENGTH);
-    let fracture_energy = section.number(d, "fracture_energy", Quantity::between(1e-6, 1e9, "J/m²"));
+    let fracture_energy = section.number(d, "fracture_energy", FRACTURE_ENERGY);
     let source = section.text(d, "source", "text in quotes");
     doubt(d, &section, "density", ("a density", "kg/m³"), [1.0, 23_000.0], "1 to 23000");
     doubt(
@@ -172,12 +161,7 @@ fn base(d: &mut Decoder<'_>, section: &Section<'_>, contact: ContactModel) -> Op
     let name = node.text(d, "the name of a preset in quotes, such as \"steel\"")?;
     let base = preset_for(contact, name);
     if base.is_none() {
-        let nearest = nearest(name, presets::names());
-        let known = presets::names().map(str::to_owned).collect();
-        d.error(
-            node.place(d),
-            Problem::UnknownName { what: "preset", name: name.to_owned(), nearest, known },
-        );
+        d.unknown_name(node.place(d), "preset", name, presets::names());
     }
     base
 }

@@ -5,11 +5,12 @@ use glam::DVec3;
 use super::body::material;
 use super::material::Materials;
 use super::names::{Names, name};
-use super::reader::{Decoder, Quantity, Section};
+use super::reader::{Decoder, Section};
 use super::room::one_wall;
 use crate::acoustics::Acoustics;
 use crate::propagation::reflecting_plane::MOST_ORDERS;
 use crate::propagation::{PlanesError, ReflectingPlane, ReflectingPlanes, WallAbsorption};
+use crate::quantity;
 use crate::scene::body_description::PlaneDescription;
 use crate::scene::diagnostic::{Place, Problem};
 
@@ -33,7 +34,7 @@ pub(super) fn planes(
             None => Some(DVec3::Y),
         };
         let material = material(d, &section, materials, None);
-        let thickness = section.number(d, "thickness", Quantity::between(1e-5, 10.0, "m"));
+        let thickness = section.number(d, "thickness", quantity::THICKNESS);
         let thin = section.boolean(d, "thin").unwrap_or(false);
         let reflects = reflects(d, &section, acoustics);
         if let Some((place, absorption)) = reflects {

@@ -10,7 +10,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::former_keys::FormerKey;
-use crate::scene::diagnostic::{Doubt, Place, Problem, SceneError, SceneWarning, readable};
+pub(super) use crate::quantity::Quantity;
+use crate::scene::diagnostic::{Doubt, KEPT_NAMES, Place, Problem, SceneError, SceneWarning};
 use crate::scene::suggest::nearest;
 
 /// Collects errors and warnings, and computes lines and columns.
@@ -22,7 +23,13 @@ pub(super) struct Decoder<'t> {
     continuations: Vec<usize>,
     pub(super) errors: Vec<SceneError>,
     pub(super) warnings: Vec<SceneWarning>,
+    /// Comparisons of names that suggestions may still take.
+    comparisons: usize,
 }
+
+/// Comparisons of names for all suggestions together: about a second of work, however many names are
+/// misspelt and however many are known.
+const COMPARISONS: usize = 200_000;
 
 const BLOCK: usize = 1024;
 
@@ -34,7 +41,14 @@ impl<'t> Decoder<'t> {
         for block in text.as_bytes().chunks(BLOCK) {
             continuations.push(continuations[continuations.len() - 1] + count_continuations(block));
         }
-        Decoder { text, line_starts, continuations, errors: Vec::new(), warnings: Vec::new() }
+        Decoder {
+            text,
+            line_starts,
+            continuations,
+            errors: Vec::new(),
+            warnings: Vec::new(),
+            comparisons: COMPARISONS,
+        }
     }
 
     pub(super) fn place(&self, span: Range<usize>, field: impl Into<String>) -> Place {
@@ -52,6 +66,32 @@ impl<'t> Decoder<'t> {
         byte - self.continuations[block] - count_continuations(rest)
     }
 
+    /// The known name that was probably meant; none once the comparisons are used up.
+    fn nearest(&mut self, name: &str, known: &[&str]) -> Option<String> {
+        self.comparisons = self.comparisons.saturating_sub(known.len());
+        if self.comparisons == 0 { None } else { nearest(name, known.iter().copied()) }
+    }
+
+    /// How many known names are of use to [`unknown_name`](Self::unknown_name).
+    pub(super) fn comparable(&self) -> usize {
+        self.comparisons.max(KEPT_NAMES)
+    }
+
+    /// A name that is not among those known.
+    pub(super) fn unknown_name<'a>(
+        &mut self,
+        place: Place,
+        what: &'static str,
+        name: &str,
+        known: impl Iterator<Item = &'a str>,
+    ) {
+        // Of thousands, the message shows the first ones.
+        let known: Vec<&str> = known.take(self.comparable()).collect();
+        let nearest = self.nearest(name, &known);
+        let known = known.into_iter().take(KEPT_NAMES).map(str::to_owned).collect();
+        self.error(place, Problem::UnknownName { what, name: name.to_owned(), nearest, known });
+    }
+
     pub(super) fn error(&mut self, place: Place, problem: Problem) {
         self.errors.push(SceneError { place, problem });
     }
@@ -63,54 +103,6 @@ impl<'t> Decoder<'t> {
 
 fn count_continuations(bytes: &[u8]) -> usize {
     bytes.iter().filter(|b| (**b & 0xC0) == 0x80).count()
-}
-
-/// A quantity: its unit and its range.
-#[derive(Clone, Copy)]
-pub(super) struct Quantity {
-    unit: &'static str,
-    low: f64,
-    high: f64,
-    low_excluded: bool,
-}
-
-impl Quantity {
-    /// A component of a vector, bounded so that squares and cubes of lengths do not overflow.
-    pub(super) const fn coordinate(unit: &'static str) -> Self {
-        Quantity::between(-1e5, 1e5, unit)
-    }
-
-    /// Any finite number.
-    pub(super) const fn any(unit: &'static str) -> Self {
-        Quantity { unit, low: f64::NEG_INFINITY, high: f64::INFINITY, low_excluded: false }
-    }
-
-    /// Within two bounds, which are allowed.
-    pub(super) const fn between(low: f64, high: f64, unit: &'static str) -> Self {
-        Quantity { unit, low, high, low_excluded: false }
-    }
-
-    /// Above a bound and up to another.
-    pub(super) const fn above(low: f64, high: f64, unit: &'static str) -> Self {
-        Quantity { unit, low, high, low_excluded: true }
-    }
-
-    fn admits(&self, value: f64) -> bool {
-        value <= self.high && if self.low_excluded { value > self.low } else { value >= self.low }
-    }
-
-    /// Description in words.
-    pub(super) fn expected(&self) -> String {
-        let unit = if self.unit.is_empty() { String::new() } else { format!(" in {}", self.unit) };
-        let range = match (self.low, self.high) {
-            (f64::NEG_INFINITY, f64::INFINITY) => String::new(),
-            (low, high) if self.low_excluded => {
-                format!(" above {} and up to {}", readable(low), readable(high))
-            }
-            (low, high) => format!(" from {} to {}", readable(low), readable(high)),
-        };
-        format!("a number{unit}{range}")
-    }
 }
 
 /// A value with its span and path; line and column are computed only when requested.
@@ -228,8 +220,9 @@ impl<'t> Node<'t> {
         d: &mut Decoder<'_>,
         quantity: Quantity,
     ) -> Option<[f64; N]> {
-        let unit = if quantity.unit.is_empty() { "" } else { " in " };
-        let expected = format!("an array of {N} numbers{unit}{}", quantity.unit);
+        let unit = quantity.unit();
+        let before = if unit.is_empty() { "" } else { " in " };
+        let expected = format!("an array of {N} numbers{before}{unit}");
         let elements = self.elements(d, &expected)?;
         if elements.len() != N {
             d.error(self.place(d), Problem::WrongLength { found: elements.len(), expected });
@@ -274,15 +267,7 @@ impl<'t> Node<'t> {
         let text = self.text(d, &format!("one of {}", names.join(", ")))?;
         let found = words.iter().find(|(word, _)| *word == text).map(|(_, value)| *value);
         if found.is_none() {
-            d.error(
-                self.place(d),
-                Problem::UnknownName {
-                    what,
-                    name: text.to_owned(),
-                    nearest: nearest(text, words.iter().map(|(word, _)| *word)),
-                    known: words.iter().map(|(word, _)| (*word).to_owned()).collect(),
-                },
-            );
+            d.unknown_name(self.place(d), what, text, words.iter().map(|(word, _)| *word));
         }
         found
     }
@@ -332,7 +317,7 @@ impl<'t> Section<'t> {
                     section.note_former(d, place, former);
                     continue;
                 }
-                let nearest = nearest(name, keys.iter().copied());
+                let nearest = d.nearest(name, keys);
                 section.misspelt.extend(nearest.clone());
                 d.error(place, Problem::UnknownKey { key: name.to_owned(), nearest, accepted: keys });
             }
@@ -353,7 +338,7 @@ impl<'t> Section<'t> {
     /// Warns of a former key, or records an error where its replacement is present too.
     fn note_former(&self, d: &mut Decoder<'_>, place: Place, former: FormerKey) {
         let FormerKey { name: key, replacement, conflict } = former;
-        if self.table.iter().any(|(k, _)| &**k.get_ref() == replacement) {
+        if self.table.contains_key(replacement) {
             d.error(place, Problem::Conflict { key, other: conflict });
         } else {
             d.warn(place, Doubt::FormerKey { former: key, key: replacement });
@@ -362,7 +347,7 @@ impl<'t> Section<'t> {
 
     /// The key and its value; the key may be present under its former name.
     fn entry(&self, key: &str) -> Option<(&'t str, &'t Spanned<DeValue<'t>>)> {
-        let named = |name: &str| self.table.iter().find(|(k, _)| &**k.get_ref() == name);
+        let named = |name: &str| self.table.get_key_value(name);
         let (key, value) = named(key).or_else(|| named(FormerKey::replaced_by(key)?.name))?;
         Some((&**key.get_ref(), value))
     }

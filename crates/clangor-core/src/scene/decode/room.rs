@@ -1,7 +1,8 @@
 //! The section `[room]`.
 
 use super::reader::{Decoder, Node, Quantity, Section};
-use crate::propagation::{OCTAVES, Room, RoomError, WallAbsorption};
+use crate::acoustics::Acoustics;
+use crate::propagation::{OCTAVES, ReverberationTimes, Room, RoomError, WallAbsorption};
 use crate::scene::diagnostic::Problem;
 
 pub(super) const ROOM_KEYS: &[&str] = &["lowest", "highest", "absorption", "images", "late"];
@@ -36,6 +37,17 @@ pub(super) fn room(d: &mut Decoder<'_>, top: &Section<'_>) -> Option<Room> {
         return None;
     }
     Some(room)
+}
+
+/// Notes an error where neither the walls nor the air of a room end its reverberation.
+pub(super) fn check_reverberation(d: &mut Decoder<'_>, top: &Section<'_>, acoustics: &Acoustics) {
+    let Some(room) = acoustics.room.as_ref().filter(|room| room.late) else { return };
+    let Some(section) = top.get("room") else { return };
+    let times = ReverberationTimes::new(room, acoustics.air.as_ref(), acoustics.medium.sound_speed);
+    if let Some(octave) = OCTAVES.into_iter().find(|octave| !times.at(*octave).is_finite()) {
+        let node = section.get(d, "absorption").unwrap_or(section);
+        d.error(node.place(d), Problem::Room(RoomError::Undamped { octave }));
+    }
 }
 
 fn absorption(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<[WallAbsorption; 6]> {

@@ -6,6 +6,7 @@ use crate::acoustics::Acoustics;
 use crate::contact::ForceProfile;
 use crate::medium::Medium;
 use crate::propagation::{Air, Floor, ReflectingPlanes};
+use crate::quantity;
 use crate::scene::diagnostic::{Doubt, Problem};
 use crate::scene::render_description::{
     Compressor, GroundSound, Level, Parts, RenderDescription, SampleFormat,
@@ -22,8 +23,8 @@ pub(super) fn medium(d: &mut Decoder<'_>, top: &Section<'_>) -> (Medium, Air) {
     let Some(section) = top.get("medium").and_then(|node| node.section(d, MEDIUM_KEYS)) else {
         return (Medium::AIR, Air::default());
     };
-    let density = section.number(d, "density", Quantity::between(1e-6, 1e5, "kg/m³"));
-    let sound_speed = section.number(d, "sound_speed", Quantity::between(10.0, 2e4, "m/s"));
+    let density = section.number(d, "density", quantity::MEDIUM_DENSITY);
+    let sound_speed = section.number(d, "sound_speed", quantity::SOUND_SPEED);
     let temperature = section.number(d, "temperature", Quantity::between(-100.0, 200.0, "°C"));
     let humidity = section.number(d, "humidity", Quantity::between(0.0, 1.0, ""));
     let air = Air {
@@ -61,16 +62,10 @@ pub(super) fn simulation(d: &mut Decoder<'_>, top: &Section<'_>) -> SimulationDe
     let settings = SimulationDescription {
         solver: section.choice(d, "solver", &solvers).unwrap_or(default.solver),
         contact: section.choice(d, "contact", &contacts).unwrap_or(default.contact),
-        duration: section
-            .number(d, "duration", Quantity::between(1e-3, 3600.0, "s"))
-            .unwrap_or(default.duration),
-        time_step: section
-            .number(d, "time_step", Quantity::between(1e-6, 0.01, "s"))
-            .unwrap_or(default.time_step),
-        v_min: section.number(d, "v_min", Quantity::between(0.0, 1e3, "m/s")).unwrap_or(default.v_min),
-        pose_rate: section
-            .number(d, "pose_rate", Quantity::between(1.0, 1e5, "Hz"))
-            .unwrap_or(default.pose_rate),
+        duration: section.number(d, "duration", quantity::DURATION).unwrap_or(default.duration),
+        time_step: section.number(d, "time_step", quantity::TIME_STEP).unwrap_or(default.time_step),
+        v_min: section.number(d, "v_min", quantity::V_MIN).unwrap_or(default.v_min),
+        pose_rate: section.number(d, "pose_rate", quantity::POSE_RATE).unwrap_or(default.pose_rate),
         seed: section.integer(d, "seed", 0, i64::MAX).map_or(default.seed, |seed| seed as u64),
         sleep: section.boolean(d, "sleep").unwrap_or(default.sleep),
     };

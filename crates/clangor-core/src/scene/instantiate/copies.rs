@@ -10,8 +10,9 @@ use super::problems::Problems;
 use super::supports::supports;
 use crate::body::Body;
 use crate::math::random::SplitMix;
+use crate::quantity::RADIUS;
 use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, PlacedBy};
-use crate::scene::diagnostic::{Doubt, Problem};
+use crate::scene::diagnostic::{Doubt, Problem, SceneError};
 use crate::scene::placement::{Obstacle, Packing, in_ball, rotation};
 use crate::scene::scene_description::Scene;
 
@@ -63,6 +64,28 @@ pub fn references(scene: &Scene) -> Vec<GeometryReference> {
     }
     references
 }
+
+/// An error where bodies have more distinct geometries than are built, before any of them is.
+pub(super) fn too_many_geometries(scene: &Scene) -> Option<SceneError> {
+    let mut seen = BTreeSet::new();
+    for description in &scene.bodies {
+        // Spheres take no memory of their own.
+        if matches!(&description.geometry, Geometry::Shape(text) if text.starts_with("sphere:")) {
+            continue;
+        }
+        for copy in 0..description.count() {
+            seen.insert(variation(scene, description, copy).reference.key());
+            if seen.len() > MAX_GEOMETRIES {
+                let problem = Problem::TooManyGeometries { limit: MAX_GEOMETRIES };
+                return Some(SceneError { place: description.geometry_place.clone(), problem });
+            }
+        }
+    }
+    None
+}
+
+/// Distinct shapes, files and scales of a scene: each has a mesh in memory.
+const MAX_GEOMETRIES: usize = 10_000;
 
 /// Seed of a `[[body]]`: its own or the scene's, with the name mixed in (FNV-1a), so that two bodies draw
 /// different numbers.
@@ -135,7 +158,7 @@ fn geometry(
         problems.warn_once(place(), Doubt::Geometry { message: message.clone() });
     }
     let radius = loaded.surface.bounding_radius();
-    if !(MIN_RADIUS..=MAX_RADIUS).contains(&radius) {
+    if !RADIUS.admits(radius) {
         problems.error(place(), Problem::AbsurdSize { radius });
         return None;
     }
@@ -145,10 +168,6 @@ fn geometry(
     }
     Some(loaded)
 }
-
-/// Bounding radii outside these are rejected [m].
-const MIN_RADIUS: f64 = 1e-6;
-const MAX_RADIUS: f64 = 1e3;
 
 /// Bounding radii outside these give a warning [m].
 const USUAL_MIN_RADIUS: f64 = 0.5e-3;

@@ -117,7 +117,9 @@ fn append(
         reason: "a primitive has no positions; export it without Draco or meshopt compression",
     })?;
     let first = mesh.vertices.len();
-    for position in file.floats::<3>(accessor(file, positions, "VEC3", &[FLOAT])?)? {
+    let positions = accessor(file, positions, "VEC3", &[FLOAT])?;
+    file.take(positions.count)?;
+    for position in file.floats::<3>(positions)? {
         let vertex = transform.transform_point3(DVec3::from_array(position));
         if !vertex.is_finite() {
             return Err(MeshFault::NotFinite);
@@ -130,7 +132,11 @@ fn append(
     let offset = first as u32;
     let corners: Vec<u32> = match primitive.indices {
         None => (0..vertices as u32).collect(),
-        Some(indices) => file.integers(accessor(file, indices, "SCALAR", &[BYTE, SHORT, INT])?)?.collect(),
+        Some(indices) => {
+            let indices = accessor(file, indices, "SCALAR", &[BYTE, SHORT, INT])?;
+            file.take(indices.count / 3)?;
+            file.integers(indices)?.collect()
+        }
     };
     if !corners.len().is_multiple_of(3) {
         return Err(MeshFault::FewCorners { corners: corners.len() % 3 });

@@ -2,7 +2,6 @@
 
 mod ringing;
 
-use std::fs;
 use std::path::Path;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -16,9 +15,10 @@ use super::json::{
 use super::{
     AudioBody, AudioFault, AudioFileError, AudioMaterial, AudioPlace, BodyMass, EXTENSION, OLDER_NAME,
 };
+use crate::formats::input_file::read_bounded;
 use crate::formats::mesh_reader::gltf::document::{GltfFile, Node};
 use crate::formats::mesh_reader::gltf::{Placed, append_node, placed_nodes};
-use crate::formats::mesh_reader::{Located, MeshFault, MeshFileError};
+use crate::formats::mesh_reader::{Located, MOST_BYTES, MeshFault, MeshFileError};
 
 /// Masses that differ by more than this are told.
 const SAME_MASS: f64 = 0.01;
@@ -48,7 +48,8 @@ pub fn read_audio_bodies(path: &Path) -> Result<Vec<AudioBody>, AudioFileError> 
     if !["gltf", "glb"].contains(&ending.as_str()) {
         return Ok(Vec::new());
     }
-    let bytes = fs::read(path).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
+    let bytes =
+        read_bounded(path, MOST_BYTES).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
     bodies(&bytes, path.parent().unwrap_or(Path::new("."))).map_err(|trouble| match trouble {
         Trouble::File(located) => AudioFileError::File(located.in_file(path)),
         Trouble::Content(place, fault) => AudioFileError::Content { path: path.into(), place, fault },

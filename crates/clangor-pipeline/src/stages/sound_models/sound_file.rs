@@ -10,6 +10,11 @@ use clangor_core::sound_model::files::modal_soundbank_file::{self, ModalSoundban
 use clangor_core::sound_model::files::model_file::{self, ModelFile};
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
 
+use crate::formats::input_file::read_bounded;
+
+/// Largest model that is read \[bytes\].
+const MOST_BYTES: u64 = 1 << 32;
+
 /// The content of a file of a sound model or a soundbank.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SoundFile {
@@ -51,7 +56,8 @@ pub enum SoundFileError {
 /// # Errors
 /// [`SoundFileError`].
 pub fn read_sound_file(path: &Path) -> Result<SoundFile, SoundFileError> {
-    let bytes = std::fs::read(path).map_err(|source| SoundFileError::Read { path: path.into(), source })?;
+    let bytes = read_bounded(path, MOST_BYTES)
+        .map_err(|source| SoundFileError::Read { path: path.into(), source })?;
     let content = |source| SoundFileError::Content { path: path.into(), source };
     match ModelFile::decode(&bytes) {
         Err(TensorFileError::Kind { found, .. }) if found == ellipsoid_bank_file::KIND => {

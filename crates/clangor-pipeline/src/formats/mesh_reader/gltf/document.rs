@@ -1,12 +1,15 @@
 //! The parts of a glTF file: its JSON, its buffers, and the numbers in them.
 
-use std::fs;
-use std::path::{Component, Path};
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde::Deserialize;
 use serde_json::Value;
 
 use super::super::{Located, MeshFault};
+use crate::formats::input_file::read_bounded;
 
 const MAGIC: &[u8; 4] = b"glTF";
 const CHUNK_JSON: &[u8; 4] = b"JSON";
@@ -158,8 +161,16 @@ pub(crate) struct Buffer {
 /// A glTF file with its buffers.
 pub(crate) struct GltfFile {
     pub(crate) document: Document,
-    pub(crate) buffers: Vec<Vec<u8>>,
+    buffers: Vec<Arc<Vec<u8>>>,
+    /// Vertices and triangles that meshes may still have, all nodes together.
+    left: AtomicUsize,
 }
+
+/// Vertices and triangles of all nodes together. Nodes may share a mesh, and primitives an accessor, so
+/// that a small file may stand for more than fits into memory.
+const MOST_ELEMENTS: usize = 20_000_000;
+/// Bytes of all buffers together.
+const MOST_BYTES: usize = 1 << 30;
 
 impl GltfFile {
     /// Reads a file; `folder` holds the buffers that it names.
@@ -169,15 +180,24 @@ impl GltfFile {
             let reason = "the JSON is not that of a glTF 2.0 file; export it again";
             Located::at_line(error.line(), MeshFault::Syntax { reason })
         })?;
+        let mut loader = BufferLoader { folder, binary, files: BTreeMap::new(), bytes: 0 };
         let buffers = document
             .buffers
             .iter()
             .enumerate()
-            .map(|(i, buffer)| {
-                load(buffer, i, binary, folder).map_err(|f| Located::at_element("buffer", i, f))
-            })
+            .map(|(i, buffer)| loader.load(buffer, i).map_err(|f| Located::at_element("buffer", i, f)))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(GltfFile { document, buffers })
+        Ok(GltfFile { document, buffers, left: AtomicUsize::new(MOST_ELEMENTS) })
+    }
+
+    /// Takes vertices or triangles from those that the file may have.
+    pub(crate) fn take(&self, elements: usize) -> Result<(), MeshFault> {
+        let taken =
+            self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(elements));
+        taken.map(|_| ()).map_err(|_| MeshFault::Syntax {
+            reason: "its nodes have more than 20 million vertices and triangles together; export fewer \
+                     copies, or coarser meshes",
+        })
     }
 
     /// The bytes of the elements of an accessor, one after another.
@@ -291,27 +311,63 @@ fn split(bytes: &[u8]) -> Result<(&[u8], &[u8]), Located> {
     Ok((json, binary))
 }
 
-/// The bytes of a buffer.
-fn load(buffer: &Buffer, index: usize, binary: &[u8], folder: &Path) -> Result<Vec<u8>, MeshFault> {
-    let Some(uri) = &buffer.uri else {
-        // Only the first may be the binary chunk.
-        return if index == 0 { Ok(binary.to_vec()) } else { Err(MeshFault::Truncated) };
-    };
-    let fault = |reason: String| MeshFault::Buffer { uri: uri.chars().take(60).collect(), reason };
-    if let Some(data) = uri.strip_prefix("data:") {
-        let (_, text) =
-            data.split_once(";base64,").ok_or_else(|| fault("only base64 data are read".into()))?;
-        return base64(text).ok_or_else(|| fault("the base64 data are broken".into()));
+/// Reads buffers, each file once.
+struct BufferLoader<'a> {
+    folder: &'a Path,
+    binary: &'a [u8],
+    files: BTreeMap<PathBuf, Arc<Vec<u8>>>,
+    /// Read so far.
+    bytes: usize,
+}
+
+impl BufferLoader<'_> {
+    /// The bytes of a buffer.
+    fn load(&mut self, buffer: &Buffer, index: usize) -> Result<Arc<Vec<u8>>, MeshFault> {
+        let Some(uri) = &buffer.uri else {
+            // Only the first may be the binary chunk.
+            return if index == 0 { Ok(Arc::new(self.binary.to_vec())) } else { Err(MeshFault::Truncated) };
+        };
+        let name = if uri.starts_with("data:") { None } else { Some(relative_path(uri)?) };
+        if let Some(known) = name.as_ref().and_then(|name| self.files.get(name)) {
+            return Ok(Arc::clone(known));
+        }
+        let bytes = match &name {
+            Some(name) => read_bounded(&self.folder.join(name), MOST_BYTES as u64)
+                .map_err(|e| buffer_fault(uri, e.to_string()))?,
+            None => inline(uri)?,
+        };
+        self.bytes = self.bytes.saturating_add(bytes.len());
+        if self.bytes > MOST_BYTES {
+            return Err(buffer_fault(uri, format!("the buffers have more than {MOST_BYTES} bytes together")));
+        }
+        let bytes = Arc::new(bytes);
+        if let Some(name) = name {
+            self.files.insert(name, Arc::clone(&bytes));
+        }
+        Ok(bytes)
     }
+}
+
+fn buffer_fault(uri: &str, reason: String) -> MeshFault {
+    MeshFault::Buffer { uri: uri.chars().take(60).collect(), reason }
+}
+
+/// The bytes that a URI holds itself.
+fn inline(uri: &str) -> Result<Vec<u8>, MeshFault> {
+    let (_, text) =
+        uri.split_once(";base64,").ok_or_else(|| buffer_fault(uri, "only base64 data are read".into()))?;
+    base64(text).ok_or_else(|| buffer_fault(uri, "the base64 data are broken".into()))
+}
+
+/// The path of a file in the folder of the mesh: a mesh from a stranger must not reach outside it.
+fn relative_path(uri: &str) -> Result<PathBuf, MeshFault> {
     let path = percent_decoded(uri);
-    let relative = Path::new(&path);
-    // A mesh from a stranger must not reach outside its folder.
-    if uri.contains("://")
-        || relative.components().any(|c| !matches!(c, Component::Normal(_) | Component::CurDir))
-    {
-        return Err(fault("only files in the folder of the mesh are read".into()));
+    let components = Path::new(&path).components();
+    let is_inside = |c: Component<'_>| matches!(c, Component::Normal(_) | Component::CurDir);
+    if uri.contains("://") || !components.clone().all(is_inside) {
+        return Err(buffer_fault(uri, "only files in the folder of the mesh are read".into()));
     }
-    fs::read(folder.join(relative)).map_err(|e| fault(e.to_string()))
+    Ok(components.filter(|c| matches!(c, Component::Normal(_))).collect())
 }
 
 fn base64(text: &str) -> Option<Vec<u8>> {

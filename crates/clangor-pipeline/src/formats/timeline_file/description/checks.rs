@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clangor_core::body::BodyId;
+use clangor_core::quantity::{Quantity, readable};
 
 use crate::formats::timeline_file::error::TimelineError;
 
@@ -24,6 +25,19 @@ impl<'a> Checks<'a> {
 
     pub(super) fn not_negative(&self, name: &str, value: f64) -> Result<(), TimelineError> {
         if value >= 0.0 { Ok(()) } else { Err(self.field(name, format!("is {value}, not zero or more"))) }
+    }
+
+    /// Refuses a number outside the range that scenes have too.
+    pub(super) fn quantity(&self, name: &str, value: f64, range: Quantity) -> Result<(), TimelineError> {
+        if range.admits(value) {
+            return Ok(());
+        }
+        Err(self.field(name, format!("is {}, not {}", readable(value), range.expected())))
+    }
+
+    /// Refuses a vector with a component outside a range.
+    pub(super) fn vector(&self, name: &str, vector: [f64; 3], range: Quantity) -> Result<(), TimelineError> {
+        vector.into_iter().try_for_each(|component| self.quantity(name, component, range))
     }
 
     pub(super) fn body_id(&self, name: &str, body: u32) -> Result<BodyId, TimelineError> {

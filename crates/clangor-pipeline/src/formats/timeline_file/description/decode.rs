@@ -9,6 +9,7 @@ use clangor_core::body::{Body, BodyId, Guide, Life, Motion, Surface, World};
 use clangor_core::material::{Damping, Material};
 use clangor_core::medium::Medium;
 use clangor_core::pose::{Keyframe, Pose, Track};
+use clangor_core::quantity;
 use glam::{DMat3, DQuat};
 use serde::Deserialize;
 
@@ -33,16 +34,7 @@ pub(in crate::formats::timeline_file) fn read(
     let description = check_json(path, text)?;
     let field = |field: String, problem: String| TimelineError::Field { path: path.into(), field, problem };
     let mut checks = Checks::new(path, description.bodies.len());
-    checks.positive("medium.density", description.medium.density)?;
-    checks.positive("medium.sound_speed", description.medium.sound_speed)?;
-    for (name, value) in [
-        ("origin.time_step", description.origin.time_step),
-        ("origin.duration", description.origin.duration),
-        ("origin.v_min", description.origin.v_min),
-        ("origin.pose_rate", description.origin.pose_rate),
-    ] {
-        checks.not_negative(name, value)?;
-    }
+    checks.settings(&description)?;
     let mut names = HashSet::new();
     let mut surfaces: BTreeMap<String, Arc<Surface>> = BTreeMap::new();
     let mut bodies = Vec::new();
@@ -52,13 +44,21 @@ pub(in crate::formats::timeline_file) fn read(
         }
         let surface = match &fields.surface {
             SurfaceFields::Sphere { radius } => {
-                checks.positive(&format!("bodies[{index}].surface.sphere.radius"), *radius)?;
+                checks.quantity(
+                    &format!("bodies[{index}].surface.sphere.radius"),
+                    *radius,
+                    quantity::RADIUS,
+                )?;
                 Arc::new(Surface::Sphere { radius: *radius })
             }
             SurfaceFields::HalfSpace {} => Arc::new(Surface::HalfSpace),
             SurfaceFields::Plate { thickness } => checks.plate(index, *thickness)?,
             SurfaceFields::Mesh { hash, volume } => {
-                checks.positive(&format!("bodies[{index}].surface.mesh.volume"), *volume)?;
+                checks.quantity(
+                    &format!("bodies[{index}].surface.mesh.volume"),
+                    *volume,
+                    quantity::VOLUME,
+                )?;
                 if hash.len() != 32 || !hash.bytes().all(|b| b.is_ascii_hexdigit()) {
                     let problem = "is not 32 hexadecimal digits".into();
                     return Err(field(format!("bodies[{index}].surface.mesh.hash"), problem));
@@ -149,6 +149,22 @@ fn damping_of(fields: &DampingFields) -> Damping {
 }
 
 impl Checks<'_> {
+    /// Checks the numbers that belong to no body.
+    fn settings(&self, description: &Description) -> Result<(), TimelineError> {
+        let (medium, origin) = (&description.medium, &description.origin);
+        for (name, value, range) in [
+            ("medium.density", medium.density, quantity::MEDIUM_DENSITY),
+            ("medium.sound_speed", medium.sound_speed, quantity::SOUND_SPEED),
+            ("origin.time_step", origin.time_step, quantity::TIMELINE_STEP),
+            ("origin.duration", origin.duration, quantity::TIMELINE_DURATION),
+            ("origin.v_min", origin.v_min, quantity::V_MIN),
+            ("origin.pose_rate", origin.pose_rate, quantity::TIMELINE_POSE_RATE),
+        ] {
+            self.quantity(name, value, range)?;
+        }
+        self.vector("gravity", description.gravity, quantity::COORDINATE)
+    }
+
     fn body(
         &mut self,
         index: usize,
@@ -158,9 +174,19 @@ impl Checks<'_> {
         let at = |name: &str| format!("bodies[{index}].{name}");
         let mass = f64::from(fields.mass);
         if mass != f64::INFINITY {
-            self.positive(&at("mass"), mass)?;
+            self.quantity(&at("mass"), mass, quantity::MASS)?;
         }
-        self.not_negative(&at("edge_radius"), fields.edge_radius)?;
+        // Planes have none.
+        if fields.edge_radius != 0.0 {
+            self.quantity(&at("edge_radius"), fields.edge_radius, quantity::EDGE_RADIUS)?;
+        }
+        for (name, vector, range) in [
+            ("position", fields.position, quantity::COORDINATE),
+            ("velocity", fields.velocity, quantity::COORDINATE),
+            ("angular_velocity", fields.angular_velocity, quantity::COORDINATE),
+        ] {
+            self.vector(&at(name), vector, range)?;
+        }
         let m = &fields.material;
         self.check_material(&at("material"), m)?;
         let damping = damping_of(&m.damping);
@@ -172,7 +198,7 @@ impl Checks<'_> {
             MotionFields::Guided { keys, press, let_go } => {
                 let name = at("motion");
                 if let Some(press) = press {
-                    self.positive(&format!("{name}.press"), *press)?;
+                    self.quantity(&format!("{name}.press"), *press, quantity::PRESS)?;
                 }
                 if let Some(time) = let_go.filter(|time| !(*time >= 0.0 && time.is_finite())) {
                     return Err(self.field(&format!("{name}.let_go"), format!("is {time} s")));
@@ -181,6 +207,7 @@ impl Checks<'_> {
             }
         };
         let inertia = fields.inertia.map(|row| row.map(f64::from));
+        self.inertia(&at("inertia"), inertia)?;
         Ok(Body {
             name: fields.name.clone(),
             material: Material {
@@ -215,29 +242,40 @@ impl Checks<'_> {
     /// Checks the numbers of a material in the field `material`, but for its damping.
     fn check_material(&self, material: &str, m: &MaterialFields) -> Result<(), TimelineError> {
         let at = |name: &str| format!("{material}.{name}");
-        for (name, value) in [("density", m.density), ("youngs_modulus", m.youngs_modulus)] {
-            self.positive(&at(name), value)?;
-        }
-        for (name, value) in
-            [("restitution", m.restitution), ("friction", m.friction), ("rolling_loss", m.rolling_loss)]
-        {
-            self.not_negative(&at(name), value)?;
-        }
-        for (name, value) in
-            [("restitution_speed", m.restitution_speed), ("yield_strength", m.yield_strength)]
-        {
+        for (name, value, range) in [
+            ("density", Some(m.density), quantity::DENSITY),
+            ("youngs_modulus", Some(m.youngs_modulus), quantity::MODULUS),
+            ("poisson_ratio", Some(m.poisson_ratio), quantity::POISSON),
+            ("restitution", Some(m.restitution), quantity::RESTITUTION),
+            ("restitution_speed", m.restitution_speed, quantity::RESTITUTION_SPEED),
+            ("rigid_restitution", m.rigid_restitution, quantity::RESTITUTION),
+            ("yield_strength", m.yield_strength, quantity::STRENGTH),
+            ("friction", Some(m.friction), quantity::FRICTION),
+            ("rolling_loss", Some(m.rolling_loss), quantity::ROLLING_LOSS),
+            ("tensile_strength", m.tensile_strength, quantity::STRENGTH),
+            ("fracture_energy", m.fracture_energy, quantity::FRACTURE_ENERGY),
+        ] {
             if let Some(value) = value {
-                self.positive(&at(name), value)?;
+                self.quantity(&at(name), value, range)?;
             }
         }
-        if let Some(value) = m.rigid_restitution {
-            self.not_negative(&at("rigid_restitution"), value)?;
-        }
-        if !(m.poisson_ratio > -1.0 && m.poisson_ratio <= 0.5) {
-            let problem = format!("is {}, not above -1 and at most 0.5", m.poisson_ratio);
-            return Err(self.field(&at("poisson_ratio"), problem));
-        }
         Ok(())
+    }
+
+    /// Refuses a matrix that is not the inertia of a body: principal moments are positive, or infinite.
+    fn inertia(&self, name: &str, rows: [[f64; 3]; 3]) -> Result<(), TimelineError> {
+        let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = rows;
+        let is_finite = rows.iter().flatten().all(|number| number.is_finite());
+        let tolerance = 1e-9 * (xx.abs() + yy.abs() + zz.abs());
+        let is_symmetric = [xy - yx, xz - zx, yz - zy].iter().all(|skew| skew.abs() <= tolerance);
+        let minors = [xx, xx * yy - xy * yx, DMat3::from_cols_array_2d(&rows).determinant()];
+        let has_diagonal = [xx, yy, zz].iter().all(|moment| *moment > 0.0);
+        // Where an axis is infinite, the others are not mixed with it.
+        let is_definite = !is_finite || is_symmetric && minors.iter().all(|minor| *minor > 0.0);
+        if has_diagonal && is_definite {
+            return Ok(());
+        }
+        Err(self.field(name, "is not a symmetric matrix with positive principal moments".into()))
     }
 
     fn life(&self, index: usize, fields: Option<LifeFields>) -> Result<Life, TimelineError> {
@@ -288,8 +326,10 @@ impl Checks<'_> {
     }
 
     fn track(&self, name: &str, keys: &[KeyFields]) -> Result<Track, TimelineError> {
-        let key =
-            |k: &KeyFields| Ok(Keyframe { time: k.time, pose: self.pose(name, k.position, k.orientation)? });
+        let key = |k: &KeyFields| {
+            self.vector(name, k.position, quantity::COORDINATE)?;
+            Ok(Keyframe { time: k.time, pose: self.pose(name, k.position, k.orientation)? })
+        };
         let track = Track::try_new(keys.iter().map(key).collect::<Result<_, TimelineError>>()?);
         let problem = || self.field(name, "has no keys, or times that do not increase".into());
         track.ok_or_else(problem)
@@ -305,7 +345,7 @@ impl Checks<'_> {
     }
 
     fn plate(&self, index: usize, thickness: f64) -> Result<Arc<Surface>, TimelineError> {
-        self.positive(&format!("bodies[{index}].surface.plate.thickness"), thickness)?;
+        self.quantity(&format!("bodies[{index}].surface.plate.thickness"), thickness, quantity::THICKNESS)?;
         Ok(Arc::new(Surface::Plate { thickness }))
     }
 }

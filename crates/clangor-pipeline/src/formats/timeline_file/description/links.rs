@@ -2,6 +2,7 @@
 
 use clangor_core::body::link::LoadCurve;
 use clangor_core::body::{JointKind, Link, LinkEnd};
+use clangor_core::quantity;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -123,14 +124,19 @@ fn decode_one(checks: &Checks<'_>, index: usize, link: &LinkFields) -> Result<Li
         LinkFields::Hang { body, anchor } => {
             Link::Hang { body: body_id(*body)?, anchor: DVec3::from_array(*anchor) }
         }
-        LinkFields::Spring { body, at, to, rest_length, stiffness, damping } => Link::Spring {
-            body: body_id(*body)?,
-            at: DVec3::from_array(*at),
-            to: end(to)?,
-            rest_length: *rest_length,
-            stiffness: *stiffness,
-            damping: *damping,
-        },
+        LinkFields::Spring { body, at, to, rest_length, stiffness, damping } => {
+            checks.quantity(&name("rest_length"), *rest_length, quantity::REST_LENGTH)?;
+            checks.quantity(&name("stiffness"), *stiffness, quantity::STIFFNESS)?;
+            checks.quantity(&name("damping"), *damping, quantity::SPRING_DAMPING)?;
+            Link::Spring {
+                body: body_id(*body)?,
+                at: DVec3::from_array(*at),
+                to: end(to)?,
+                rest_length: *rest_length,
+                stiffness: *stiffness,
+                damping: *damping,
+            }
+        }
         LinkFields::Joint { body, at, to, kind, collide } => Link::Joint {
             body: body_id(*body)?,
             at: DVec3::from_array(*at),

@@ -1,0 +1,217 @@
+//! Files that a stranger may have written to do harm: each ends in a located message or a result, within 10
+//! s of processor time and bounded memory, and no character of theirs reaches a terminal that would obey
+//! it.
+#![cfg(unix)]
+
+mod program;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+const LISTENER: &str = "version = 1\n[[listener]]\nposition = [0, 1, 0]\n";
+
+/// Runs the program with 10 s of processor time and 2 GB of addresses, of which it uses half at most.
+fn limited(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new("sh")
+        .args(["-c", "ulimit -t 10 -v 2000000; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_clangor")])
+        .args(arguments)
+        .current_dir(folder)
+        .env("CLANGOR_CACHE", folder.join("cache"))
+        .output()
+        .expect("runs")
+}
+
+/// A `[[body]]`: a sphere of 1 cm.
+fn ball(index: usize, material: &str, x: f64) -> String {
+    format!(
+        "[[body]]\nname = \"b{index}\"\nshape = \"sphere:0.01\"\nmaterial = \"{material}\"\n\
+         position = [{x}, 0.5, 0]\n"
+    )
+}
+
+fn repeated(count: usize, part: impl Fn(usize) -> String) -> String {
+    (0..count).fold(String::new(), |mut text, index| {
+        text.push_str(&part(index));
+        text
+    })
+}
+
+/// Checks a scene that must be refused, with all of `wanted` in a message of bounded length.
+fn refused(case: &str, text: &str, wanted: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), text).unwrap();
+    let output = limited(folder.path(), &["check", "scene.toml"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{case}: {:?} {message:.2000}", output.status);
+    assert!(message.len() < 60_000, "{case}: {} bytes", message.len());
+    for text in wanted {
+        assert!(message.contains(text), "{case}: no {text:?} in {message:.2000}");
+    }
+}
+
+#[test]
+fn floods_of_mistakes_are_counted_and_not_printed() {
+    let equals = "=\n".repeat(5_000_000);
+    refused("no TOML", &equals, &["scene.toml:1:1", "errors, of which the first 50 are shown"]);
+    let late = format!("{LISTENER}{}{equals}", repeated(1000, |i| ball(i, "steel", 0.03 * i as f64)));
+    refused("no TOML after bodies", &late, &["scene.toml:5004:1"]);
+    let unknown =
+        format!("{LISTENER}{}{}", ball(0, "steel", 0.0), repeated(20_000, |i| format!("positiom{i} = 1\n")));
+    refused("unknown keys", &unknown, &["did you mean `position`?", "20000 errors"]);
+    let own = repeated(3000, |i| format!("[material.m{i}]\nbase = \"steel\"\n"));
+    let misspelt = repeated(50_000, |i| ball(i, &format!("stele{i}"), 0.03 * i as f64));
+    refused("materials", &format!("{LISTENER}{own}{misspelt}"), &["body[0].material", "50000 errors"]);
+    let named = repeated(20_000, |i| ball(0, "steel", 0.03 * i as f64));
+    refused("names", &format!("{LISTENER}{named}"), &["19999 errors"]);
+    let keys = repeated(100_000, |i| format!("{{ time = -{i}, position = [0, 0, 0] }},\n"));
+    let moved =
+        ball(0, "steel", 0.0).replace("position = [0, 0.5, 0]\n", &format!("keyframes = [\n{keys}]\n"));
+    refused("keyframes", &format!("{LISTENER}{moved}"), &["times must increase", "99999 errors"]);
+}
+
+#[test]
+fn floods_of_bodies_are_refused_at_their_place() {
+    let heap = repeated(20_000, |i| ball(i, "steel", 0.0));
+    let boxes = heap.replace("sphere:0.01", "box:0.02x0.02x0.02");
+    refused("boxes at one place", &format!("{LISTENER}{boxes}"), &["overlap by"]);
+    refused("one place", &format!("{LISTENER}{heap}"), &["scene.toml:", "overlap by 2.000e-2 m at t = 0"]);
+    let rocks = "version = 1\n[[body]]\nshape = \"rock:{n}x0.01\"\nmaterial = \"steel\"\ncount = 100000\n\
+                 placement = { region = [[0, 0, 0], [99, 99, 99]] }\n";
+    refused("rocks", rocks, &["scene.toml:3:9", "more than 10000 distinct geometries"]);
+}
+
+#[test]
+fn many_listeners_far_from_many_bodies_cost_no_more_than_their_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let bodies = repeated(5_000, |i| ball(i, "steel", 0.03 * i as f64));
+    let listener =
+        |i: usize| format!("[[listener]]\nname = \"l{i}\"\nposition = [{}, 1000, 0]\n", 0.01 * i as f64);
+    fs::write(
+        folder.path().join("scene.toml"),
+        format!("version = 1\n{bodies}{}", repeated(20_000, listener)),
+    )
+    .unwrap();
+    let output = limited(folder.path(), &["check", "scene.toml"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message:.2000}");
+    assert!(message.contains("warning: and 19950 more warnings") && message.len() < 60_000);
+}
+
+#[test]
+fn no_character_of_a_file_is_obeyed_by_a_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let hostile = ball(0, "steel", 0.0).replace("\"b0\"", "\"\\u001b]0;title\\u0007\\u202e\"");
+    let bad = format!("{LISTENER}{hostile}colour = \"\x1b[31m\" # \u{9b}\n");
+    fs::write(folder.path().join("good.toml"), format!("{LISTENER}{hostile}")).unwrap();
+    fs::write(folder.path().join("bad.toml"), bad.replace("colour", "\"colour\\u001b[2J\"")).unwrap();
+    for arguments in [["inspect", "good.toml"], ["check", "good.toml"], ["check", "bad.toml"]] {
+        let output = program::run(folder.path(), &arguments);
+        for text in [&output.stdout, &output.stderr] {
+            let text = String::from_utf8_lossy(text);
+            let obeyed =
+                text.chars().find(|c| c.is_control() && !matches!(c, '\n' | '\t') || *c == '\u{202e}');
+            assert_eq!(obeyed, None, "{arguments:?}: {text:?}");
+        }
+    }
+    let shown = program::clangor(folder.path(), &["inspect", "good.toml"]);
+    assert!(shown.contains("\\u{1b}]0;title\\u{7}\\u{202e}"), "{shown}");
+}
+
+#[test]
+fn endless_files_pipes_and_full_disks_end_the_program() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["zero.toml", "zero.stl", "zero.safetensors"] {
+        std::os::unix::fs::symlink("/dev/zero", folder.path().join(name)).unwrap();
+        let output = limited(folder.path(), &["inspect", name]);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{name}: {message}");
+        assert!(message.contains("it has more than"), "{name}: {message}");
+    }
+
+    let pipe = folder.path().join("pipe.toml");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let mut child = Command::new(env!("CARGO_BIN_EXE_clangor")).arg("check").arg(&pipe).spawn().unwrap();
+    std::thread::sleep(Duration::from_millis(200));
+    let asked = Instant::now();
+    let _ = Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
+    while child.try_wait().unwrap().is_none() && asked.elapsed() < Duration::from_secs(5) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let ended = child.try_wait().unwrap();
+    let _ = child.kill();
+    assert_eq!(ended.and_then(|status| status.code()), Some(130));
+
+    let mut full = Command::new(env!("CARGO_BIN_EXE_clangor"));
+    let device = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = full.args(["inspect", "sphere:0.01"]).stdout(Stdio::from(device)).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("cannot write to standard output"), "{message}");
+}
+
+#[test]
+fn mistakes_that_a_solver_or_room_finds_have_a_line() {
+    let two = format!("{LISTENER}{}{}", ball(0, "steel", 0.0), ball(1, "steel", 0.005));
+    refused("overlap", &two, &["scene.toml:9:1", "\"b0\" and \"b1\" overlap"]);
+    let boxes = two.replace("sphere:0.01", "box:0.02x0.02x0.02");
+    refused("overlapping boxes", &boxes, &["scene.toml:9:1", "\"b0\" and \"b1\" overlap"]);
+    let mut room =
+        String::from("version = 1\n[room]\nlowest = [-1, 0, -1]\nhighest = [1, 2, 1]\nabsorption = 0\n");
+    let _ = write!(room, "[[listener]]\nposition = [0, 1, 0]\n{}", ball(0, "steel", 0.0));
+    refused("room", &room, &["scene.toml:5:14", "absorb nothing", "late = false"]);
+}
+
+#[test]
+fn names_that_are_no_text_and_outputs_that_are_inputs() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let scene = format!("{LISTENER}{}[simulation]\nduration = 0.05\n", ball(0, "steel", 0.0));
+    let name = OsStr::from_bytes(b"a\xff.toml");
+    fs::write(folder.path().join(name), &scene).unwrap();
+    let inspected = Command::new(env!("CARGO_BIN_EXE_clangor"))
+        .args([OsStr::new("--json"), OsStr::new("inspect"), name])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(inspected.status.success(), "{}", String::from_utf8_lossy(&inspected.stderr));
+    fs::write(folder.path().join("scene.wav"), &scene).unwrap();
+    let output = program::run(folder.path(), &["render", "scene.wav"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("would replace what it is made of"));
+    assert_eq!(fs::read_to_string(folder.path().join("scene.wav")).unwrap(), scene);
+}
+
+#[test]
+fn a_mesh_outside_the_folder_of_its_scene_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("scene")).unwrap();
+    let tetrahedron = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    fs::write(folder.path().join("a.obj"), tetrahedron).unwrap();
+    let body = ball(0, "steel", 0.0).replace("shape = \"sphere:0.01\"", "mesh = \"../a.obj\"");
+    fs::write(folder.path().join("scene/scene.toml"), format!("{LISTENER}{body}")).unwrap();
+    let output = program::run(folder.path(), &["check", "scene/scene.toml"]);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{message}");
+    assert!(message.contains("../a.obj lies outside the folder of the scene"), "{message}");
+}
+
+#[test]
+fn leftovers_of_killed_runs_go_and_the_comment_names_no_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = format!("{LISTENER}{}[simulation]\nduration = 0.05\n", ball(0, "steel", 0.0));
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let leftovers = ["out.wav.part-0123456789abcdef", "out.wav.part-1-0"];
+    leftovers.iter().for_each(|name| fs::write(folder.path().join(name), "half").unwrap());
+    let path = folder.path().join("scene.toml");
+    program::clangor(folder.path(), &["render", path.to_str().unwrap(), "-o", "out.wav"]);
+    assert!(!folder.path().join(leftovers[0]).exists());
+    // Not a name of ours.
+    assert!(folder.path().join(leftovers[1]).exists());
+    let sound = fs::read(folder.path().join("out.wav")).unwrap();
+    let has = |text: &str| sound.windows(text.len()).any(|window| window == text.as_bytes());
+    assert!(has("scene.toml") && !has(folder.path().to_str().unwrap()));
+}

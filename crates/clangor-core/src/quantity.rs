@@ -1,0 +1,121 @@
+//! The numbers that are accepted, whichever file they come from: a scene, a timeline, or a list of contacts.
+//!
+//! The bounds lie outside what is physical, and inside what the formulas compute without overflow.
+
+/// A quantity: its unit and its range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity {
+    unit: &'static str,
+    low: f64,
+    high: f64,
+    low_excluded: bool,
+}
+
+impl Quantity {
+    /// A component of a vector, bounded so that squares and cubes of lengths do not overflow.
+    pub const fn coordinate(unit: &'static str) -> Self {
+        Quantity::between(-1e5, 1e5, unit)
+    }
+
+    /// Any finite number.
+    pub const fn any(unit: &'static str) -> Self {
+        Quantity { unit, low: f64::NEG_INFINITY, high: f64::INFINITY, low_excluded: false }
+    }
+
+    /// Within two bounds, which are allowed.
+    pub const fn between(low: f64, high: f64, unit: &'static str) -> Self {
+        Quantity { unit, low, high, low_excluded: false }
+    }
+
+    /// Above a bound and up to another.
+    pub const fn above(low: f64, high: f64, unit: &'static str) -> Self {
+        Quantity { unit, low, high, low_excluded: true }
+    }
+
+    /// Whether a number is within the range; NaN is not.
+    pub fn admits(&self, value: f64) -> bool {
+        value <= self.high && if self.low_excluded { value > self.low } else { value >= self.low }
+    }
+
+    /// Its unit; empty for a ratio.
+    pub const fn unit(&self) -> &'static str {
+        self.unit
+    }
+
+    /// Description in words.
+    pub fn expected(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" in {}", self.unit) };
+        let range = match (self.low, self.high) {
+            (f64::NEG_INFINITY, f64::INFINITY) => String::new(),
+            (low, high) if self.low_excluded => {
+                format!(" above {} and up to {}", readable(low), readable(high))
+            }
+            (low, high) => format!(" from {} to {}", readable(low), readable(high)),
+        };
+        format!("a number{unit}{range}")
+    }
+}
+
+/// Density of a solid.
+pub const DENSITY: Quantity = Quantity::between(1e-3, 1e5, "kg/m³");
+/// Young's modulus.
+pub const MODULUS: Quantity = Quantity::between(1.0, 1e13, "Pa");
+/// Poisson's ratio: the open interval of isotropic elasticity, a hair inside. At 0.5 a body is
+/// incompressible.
+pub const POISSON: Quantity = Quantity::between(-0.999, 0.4999, "");
+/// Restitution.
+pub const RESTITUTION: Quantity = Quantity::between(0.0, 1.0, "");
+/// Speed at which a restitution holds.
+pub const RESTITUTION_SPEED: Quantity = Quantity::between(1e-6, 1e3, "m/s");
+/// Yield or tensile strength.
+pub const STRENGTH: Quantity = Quantity::between(1.0, 1e13, "Pa");
+/// Coefficient of friction.
+pub const FRICTION: Quantity = Quantity::between(0.0, 10.0, "");
+/// Length by which rolling resistance leads.
+pub const ROLLING_LOSS: Quantity = Quantity::between(0.0, 1.0, "m");
+/// Energy of new surface.
+pub const FRACTURE_ENERGY: Quantity = Quantity::between(1e-6, 1e9, "J/m²");
+/// Density of a medium.
+pub const MEDIUM_DENSITY: Quantity = Quantity::between(1e-6, 1e5, "kg/m³");
+/// Speed of sound.
+pub const SOUND_SPEED: Quantity = Quantity::between(10.0, 2e4, "m/s");
+/// Duration of a simulation.
+pub const DURATION: Quantity = Quantity::between(1e-3, 3600.0, "s");
+/// Step of a simulation.
+pub const TIME_STEP: Quantity = Quantity::between(1e-6, 0.01, "s");
+/// Least approach speed of an impact.
+pub const V_MIN: Quantity = Quantity::between(0.0, 1e3, "m/s");
+/// Poses recorded in a second.
+pub const POSE_RATE: Quantity = Quantity::between(1.0, 1e5, "Hz");
+/// Lower bound of the local contact radius.
+pub const EDGE_RADIUS: Quantity = Quantity::between(1e-9, 1e3, "m");
+/// Force with which a guided body presses.
+pub const PRESS: Quantity = Quantity::between(1e-9, 1e9, "N");
+/// Thickness of an endless plate.
+pub const THICKNESS: Quantity = Quantity::between(1e-5, 10.0, "m");
+/// Bounding radius of a body.
+pub const RADIUS: Quantity = Quantity::between(1e-6, 1e3, "m");
+/// Mass of a body that is not infinite.
+pub const MASS: Quantity = Quantity::above(0.0, 1e18, "kg");
+/// Volume of a body.
+pub const VOLUME: Quantity = Quantity::above(0.0, 1e10, "m³");
+/// Duration of a timeline, which may be a long recording.
+pub const TIMELINE_DURATION: Quantity = Quantity::between(0.0, 1e5, "s");
+/// Step of a timeline; 0 where nothing was stepped.
+pub const TIMELINE_STEP: Quantity = Quantity::between(0.0, 1.0, "s");
+/// Poses of a timeline in a second; 0 where there is none but at impacts.
+pub const TIMELINE_POSE_RATE: Quantity = Quantity::between(0.0, 1e6, "Hz");
+/// Stiffness of a spring.
+pub const STIFFNESS: Quantity = Quantity::between(1e-9, 1e12, "N/m");
+/// Damping of a spring.
+pub const SPRING_DAMPING: Quantity = Quantity::between(0.0, 1e12, "N s/m");
+/// Length of a spring without force.
+pub const REST_LENGTH: Quantity = Quantity::between(0.0, 1e5, "m");
+/// Component of a position.
+pub const COORDINATE: Quantity = Quantity::coordinate("m");
+
+/// A number without trailing zeros.
+pub fn readable(value: f64) -> String {
+    let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite();
+    if plain { format!("{value}") } else { format!("{value:e}") }
+}

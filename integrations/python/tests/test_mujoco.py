@@ -56,3 +56,62 @@ def test_unknown_names_are_refused_by_name():
 def test_a_missing_material_is_a_warning_with_its_name():
     with pytest.warns(UserWarning, match="'floor' has no material"):
         recorded(seconds=0.01, materials={"ball": "steel"})
+
+
+@pytest.mark.parametrize("asked", [0.00025, 0.001, 0.002])
+def test_hear_as_bounces_with_the_restitution_and_restores_the_model(asked):
+    import clangor.mujoco as cm
+
+    model = mujoco.MjModel.from_xml_string(XML.format(dt=asked, geom='type="sphere" size="0.01"', name="ball"))
+    before = model.opt.timestep, model.geom_solref.copy(), model.geom_solimp.copy()
+    with cm.hear_as(model, 0.6, asked) as step:
+        recorder = cm.Recorder(model, mujoco.MjData(model), {"ball": "steel", "floor": "granite"})
+        for _ in range(round(1.0 / step)):
+            recorder.step()
+        recorder.stop()
+    speeds = [-impact.velocity[2] for impact in recorder.recording.impacts]
+    assert len(speeds) == 3
+    for first, second in zip(speeds, speeds[1:]):
+        assert second / first == pytest.approx(0.6, abs=0.05)
+    assert model.opt.timestep == before[0]
+    assert (model.geom_solref == before[1]).all() and (model.geom_solimp == before[2]).all()
+
+
+def test_hear_as_refuses_what_it_cannot_reach():
+    import clangor.mujoco as cm
+
+    model = mujoco.MjModel.from_xml_string(XML.format(dt=0.001, geom='type="sphere" size="0.01"', name="ball"))
+    with pytest.raises(ValueError, match="restitution"):
+        with cm.hear_as(model, 1.5):
+            pass
+
+
+def test_the_first_click_is_within_1_db_of_our_own_simulation():
+    import clangor
+    import clangor.mujoco as cm
+
+    scene = """version = 1
+[simulation]
+duration = 0.45
+[[body]]
+name = "ball"
+shape = "sphere:0.01"
+material = "steel"
+position = [0, 0.51, 0]
+[[plane]]
+name = "floor"
+material = "granite"
+[[listener]]
+position = [0.3, 0.4, -0.3]
+"""
+    ours = clangor.Session(text=scene)
+    rows = ours.simulate().contacts
+    speed = -rows["velocity_y"][0]
+    model = mujoco.MjModel.from_xml_string(XML.format(dt=0.001, geom='type="sphere" size="0.01"', name="ball"))
+    bounce = rows["impulse_n"][0] / (ours.bodies[0].mass * speed) - 1.0
+    with cm.hear_as(model, float(bounce)) as step:
+        recorder = cm.Recorder(model, mujoco.MjData(model), {"ball": "steel", "floor": "granite"})
+        for _ in range(round(0.45 / step)):
+            recorder.step()
+    (heard,), (wanted,) = recorder.render(), ours.render()
+    assert abs(20.0 * np.log10(heard.peak / wanted.peak)) < 1.0

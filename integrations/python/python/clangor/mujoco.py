@@ -20,9 +20,10 @@ import mujoco
 import numpy as np
 
 from . import Session, Sound, materials as presets
+from .mujoco_restitution import hear_as
 from .recording import BodyShape, Floats, Impact, Recording, write_timeline
 
-__all__ = ["Recorder"]
+__all__ = ["Recorder", "hear_as"]
 
 
 @dataclass

@@ -6,6 +6,7 @@ import pytest
 gymnasium = pytest.importorskip("gymnasium")
 mujoco = pytest.importorskip("mujoco")
 pytest.importorskip("pyarrow")
+pytest.importorskip("imageio")
 
 XML = """<mujoco><option timestep="0.00025"/><default><geom solref="0.002 0.2"/></default>
 <worldbody><geom name="floor" type="plane" size="2 2 .1"/>

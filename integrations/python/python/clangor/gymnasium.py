@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
-import mujoco
+import mujoco  # type: ignore[import-untyped]
 
 from .mujoco import Recorder
 

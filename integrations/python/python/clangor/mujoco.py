@@ -16,7 +16,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Union
 
-import mujoco
+import mujoco  # type: ignore[import-untyped]
 import numpy as np
 
 from . import Session, Sound, materials as presets

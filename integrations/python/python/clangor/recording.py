@@ -108,7 +108,7 @@ def write_timeline(recording: Recording, scene: Path, folder: Path, listeners: S
 
     Errors: ImportError without pyarrow, ClangorError for a material or shape that is not known.
     """
-    import pyarrow.parquet as parquet
+    import pyarrow.parquet as parquet  # type: ignore[import-untyped]
 
     if not recording.poses:
         raise ValueError("recording: no step was recorded")
@@ -140,7 +140,7 @@ def _set_masses(header: dict[str, Any], recording: Recording) -> None:
 
 
 def _table(columns: dict[str, npt.NDArray[Any]], vectors: dict[str, tuple[str, list[Floats]]]) -> Any:
-    import pyarrow
+    import pyarrow  # type: ignore[import-untyped]
 
     for name, (axes, rows) in vectors.items():
         values = np.array(rows, dtype=np.float32).reshape(-1, len(axes))

@@ -140,7 +140,7 @@ def _set_masses(header: dict[str, Any], recording: Recording) -> None:
 
 
 def _table(columns: dict[str, npt.NDArray[Any]], vectors: dict[str, tuple[str, list[Floats]]]) -> Any:
-    import pyarrow  # type: ignore[import-untyped]
+    import pyarrow
 
     for name, (axes, rows) in vectors.items():
         values = np.array(rows, dtype=np.float32).reshape(-1, len(axes))

@@ -115,3 +115,20 @@ position = [0.3, 0.4, -0.3]
             recorder.step()
     (heard,), (wanted,) = recorder.render(), ours.render()
     assert abs(20.0 * np.log10(heard.peak / wanted.peak)) < 1.0
+    print("first click", 20.0 * np.log10(heard.peak / wanted.peak), "dB")
+
+
+def test_the_ledger_of_a_mesh_closes_to_1e_2_of_the_momentum():
+    import clangor.mujoco as cm
+
+    corners = " ".join(f"{x:.4f}" for x in np.random.default_rng(2).normal(size=42) * 0.02)
+    text = XML.format(dt=0.00025, geom='type="mesh" mesh="stone"', name="ball")
+    text = text.replace("<worldbody>", f'<asset><mesh name="stone" vertex="{corners}"/></asset><worldbody>')
+    model = mujoco.MjModel.from_xml_string(text)
+    recorder = cm.Recorder(model, mujoco.MjData(model), {"ball": "steel", "floor": "granite"})
+    for _ in range(2000):
+        recorder.step()
+    rows = recorder.ledger
+    worst = max(row[2] for row in rows) / max(row[3] for row in rows)
+    print("ledger of a mesh", worst)
+    assert worst < 1e-2

@@ -24,7 +24,9 @@ def recorded(geom='type="sphere" size="0.01"', dt=0.00025, seconds=0.6, **option
     return recorder
 
 
-@pytest.mark.parametrize("geom", ['type="sphere" size="0.01"', 'type="box" size="0.01 0.02 0.015" euler="20 30 0"'])
+@pytest.mark.parametrize(
+    "geom", ['type="sphere" size="0.01"', 'type="box" size="0.01 0.02 0.015" euler="20 30 0"']
+)
 def test_the_ledger_closes_to_1e_9_of_the_momentum(geom):
     rows = recorded(geom).ledger
     assert max(row[2] for row in rows) < 1e-9 * max(row[3] for row in rows)
@@ -62,7 +64,9 @@ def test_a_missing_material_is_a_warning_with_its_name():
 def test_hear_as_bounces_with_the_restitution_and_restores_the_model(asked):
     import clangor.mujoco as cm
 
-    model = mujoco.MjModel.from_xml_string(XML.format(dt=asked, geom='type="sphere" size="0.01"', name="ball"))
+    model = mujoco.MjModel.from_xml_string(
+        XML.format(dt=asked, geom='type="sphere" size="0.01"', name="ball")
+    )
     before = model.opt.timestep, model.geom_solref.copy(), model.geom_solimp.copy()
     with cm.hear_as(model, 0.6, asked) as step:
         recorder = cm.Recorder(model, mujoco.MjData(model), {"ball": "steel", "floor": "granite"})
@@ -80,7 +84,9 @@ def test_hear_as_bounces_with_the_restitution_and_restores_the_model(asked):
 def test_hear_as_refuses_what_it_cannot_reach():
     import clangor.mujoco as cm
 
-    model = mujoco.MjModel.from_xml_string(XML.format(dt=0.001, geom='type="sphere" size="0.01"', name="ball"))
+    model = mujoco.MjModel.from_xml_string(
+        XML.format(dt=0.001, geom='type="sphere" size="0.01"', name="ball")
+    )
     with pytest.raises(ValueError, match="restitution"):
         with cm.hear_as(model, 1.5):
             pass
@@ -107,7 +113,9 @@ position = [0.3, 0.4, -0.3]
     ours = clangor.Session(text=scene)
     rows = ours.simulate().contacts
     speed = -rows["velocity_y"][0]
-    model = mujoco.MjModel.from_xml_string(XML.format(dt=0.001, geom='type="sphere" size="0.01"', name="ball"))
+    model = mujoco.MjModel.from_xml_string(
+        XML.format(dt=0.001, geom='type="sphere" size="0.01"', name="ball")
+    )
     bounce = rows["impulse_n"][0] / (ours.bodies[0].mass * speed) - 1.0
     with cm.hear_as(model, float(bounce)) as step:
         recorder = cm.Recorder(model, mujoco.MjData(model), {"ball": "steel", "floor": "granite"})

@@ -237,8 +237,11 @@ class Recorder:
             if mass[impact.b] > 0.0:
                 continue
             mates = [
-                n for j, n in zip(impacts, along)
-                if j.a == impact.a and j.time < impact.time + impact.window and impact.time < j.time + j.window
+                n
+                for j, n in zip(impacts, along)
+                if j.a == impact.a
+                and j.time < impact.time + impact.window
+                and impact.time < j.time + j.window
             ]
             weight = -mass[impact.a] * float(self.model.opt.gravity @ impact.normal) * impact.window
             carried = max(0.0, weight) * along[k] / sum(mates)

@@ -57,7 +57,9 @@ def hear_as(model: Any, restitution: float, step: float = _STEP) -> Iterator[flo
     if not step > 0.0:
         raise ValueError(f"step: {step} is not above 0")
     if model.npair or model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
-        raise ValueError("model: <pair> elements or <flag override> set contacts that hear_as does not change")
+        raise ValueError(
+            "model: <pair> elements or <flag override> set contacts that hear_as does not change"
+        )
     step = min(step, _STEP)
     low, high = 0.002, 1.0
     for _ in range(14):

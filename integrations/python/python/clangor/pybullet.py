@@ -30,7 +30,12 @@ class Recorder:
     """
 
     def __init__(
-        self, client: int, step: float, gravity: Sequence[float], materials: Mapping[int, str], approach: float = 0.05
+        self,
+        client: int,
+        step: float,
+        gravity: Sequence[float],
+        materials: Mapping[int, str],
+        approach: float = 0.05,
     ) -> None:
         if len(gravity) != 3:
             raise ValueError(f"gravity: needs 3 numbers, not {len(gravity)}")
@@ -110,7 +115,9 @@ class Recorder:
         for body in free:
             change = self._mass[body] * (self._state(body)[2] - before[body][2])
             rest = total[body] + self._mass[body] * self.recording.gravity * self.dt - change
-            self.ledger.append((time, f"body-{body}", float(np.linalg.norm(rest)), float(np.linalg.norm(change))))
+            self.ledger.append(
+                (time, f"body-{body}", float(np.linalg.norm(rest)), float(np.linalg.norm(change)))
+            )
 
     def stop(self) -> None:
         """Ends the recording. May be repeated."""

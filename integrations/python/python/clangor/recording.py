@@ -103,7 +103,9 @@ def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> st
     return "\n".join(lines) + "\n"
 
 
-def write_timeline(recording: Recording, scene: Path, folder: Path, listeners: Sequence[Sequence[float]]) -> None:
+def write_timeline(
+    recording: Recording, scene: Path, folder: Path, listeners: Sequence[Sequence[float]]
+) -> None:
     """Writes the timeline folder; `scene` is where the scene file goes, beside its meshes.
 
     Errors: ImportError without pyarrow, ClangorError for a material or shape that is not known.
@@ -124,7 +126,9 @@ def write_timeline(recording: Recording, scene: Path, folder: Path, listeners: S
     times = [row[0] for row in recording.poses]
     header["origin"]["duration"] = times[-1]
     header["origin"]["raw_log"] = False
-    header["origin"]["pose_rate"] = (len(set(times)) - 1) / (times[-1] - times[0]) if times[-1] > times[0] else 1.0
+    header["origin"]["pose_rate"] = (
+        (len(set(times)) - 1) / (times[-1] - times[0]) if times[-1] > times[0] else 1.0
+    )
     header.pop("scene", None)
     head.write_text(json.dumps(header))
 

@@ -49,8 +49,6 @@ def test_unknown_names_are_refused_by_name():
         recorded(materials={"ball": "unobtainium"})
     with pytest.raises(ValueError, match="no body or geom 'bell'"):
         recorded(materials={"bell": "steel"})
-    with pytest.raises(ValueError, match="several|only spheres"):
-        recorded('type="capsule" size="0.01 0.02"')
     with pytest.raises(ValueError, match="listener"):
         recorded(seconds=0.01).session(listener=(0.0, 1.0))
 
@@ -60,23 +58,26 @@ def test_a_missing_material_is_a_warning_with_its_name():
         recorded(seconds=0.01, materials={"ball": "steel"})
 
 
-@pytest.mark.parametrize("asked", [0.00025, 0.001, 0.002])
-def test_hear_as_bounces_with_the_restitution_and_restores_the_model(asked):
+@pytest.mark.parametrize(
+    "asked, wanted", [(0.00025, 0.6), (0.001, 0.6), (0.002, 0.6), (0.002, 0.3), (0.002, 0.9)]
+)
+def test_hear_as_bounces_with_the_restitution_and_restores_the_model(asked, wanted):
     import clangor.mujoco as cm
 
     model = mujoco.MjModel.from_xml_string(
         XML.format(dt=asked, geom='type="sphere" size="0.01"', name="ball")
     )
     before = model.opt.timestep, model.geom_solref.copy(), model.geom_solimp.copy()
-    with cm.hear_as(model, 0.6, asked) as step:
+    with cm.hear_as(model, wanted, step=asked) as step:
         recorder = cm.Recorder(model, mujoco.MjData(model), {"ball": "steel", "floor": "granite"})
         for _ in range(round(1.0 / step)):
             recorder.step()
         recorder.stop()
     speeds = [-impact.velocity[2] for impact in recorder.recording.impacts]
-    assert len(speeds) == 3
-    for first, second in zip(speeds, speeds[1:]):
-        assert second / first == pytest.approx(0.6, abs=0.05)
+    bounces = [second / first for first, second in zip(speeds, speeds[1:])]
+    print("restitution", np.round(bounces, 3), "wanted", wanted, "+- 0.05")
+    assert len(bounces) >= 1
+    assert bounces == pytest.approx([wanted] * len(bounces), abs=0.05)
     assert model.opt.timestep == before[0]
     assert (model.geom_solref == before[1]).all() and (model.geom_solimp == before[2]).all()
 

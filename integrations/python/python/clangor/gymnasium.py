@@ -1,6 +1,7 @@
 """Records a MuJoCo environment of Gymnasium: every substep of `frame_skip` is recorded.
 
 The wrapper replaces `_step_mujoco_simulation` of this one environment; `close` and `stop` put it back.
+Impulses are those of `clangor.mujoco`; rewards and observations are not changed.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Any
 import gymnasium
 import mujoco  # type: ignore[import-untyped]
 
+from .material_pairs import Material
 from .mujoco import Recorder
 
 __all__ = ["SoundRecorder"]
@@ -19,10 +21,11 @@ __all__ = ["SoundRecorder"]
 class SoundRecorder(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Wraps a `MujocoEnv`; `recorder` holds the episode since the last `reset`.
 
-    `materials` maps names of bodies or geoms to presets. Errors: ValueError if `env` is no MuJoCo environment.
+    `materials` maps names of bodies or geoms to materials. Errors: ValueError if `env` is no MuJoCo
+    environment.
     """
 
-    def __init__(self, env: Any, materials: Mapping[str, str] | None = None) -> None:
+    def __init__(self, env: Any, materials: Mapping[str, Material] | None = None) -> None:
         super().__init__(env)
         inner = env.unwrapped
         if not hasattr(inner, "_step_mujoco_simulation"):

@@ -1,8 +1,8 @@
 """Records a PyBullet run: a contact point that approaches and is pushed apart within a step is one impact.
 
-PyBullet solves impulses, so an impact lasts one time step. `getContactPoints` after a step gives its forces: their sum
-times the step is m dv - m g dt, if the damping of the bodies is 0. Points that do not approach carry load only.
-Bodies without links, of one sphere or box, and planes are recorded.
+PyBullet solves impulses, so an impact lasts one time step. `getContactPoints` after a step gives its
+forces: their sum times the step is m dv - m g dt, if the damping of the bodies is 0. Points that do not
+approach carry load only. Bodies without links, of one sphere or box, and planes are recorded.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ __all__ = ["Recorder"]
 
 
 class Recorder:
-    """Steps the world of `client`. `materials` maps numbers of bodies to presets; `step` is its time step [s].
+    """Steps the world of `client`. `materials` maps numbers of bodies to presets; `step` is its time step
+    [s].
 
     `approach` [m/s] is the least normal speed of an impact. Errors: ValueError names the argument or body.
     """

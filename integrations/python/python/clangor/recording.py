@@ -1,7 +1,8 @@
-"""A recorded run as a timeline: bodies, poses and impacts of another simulator become a session that renders.
+"""A recorded run as a timeline: bodies, poses and impacts of another simulator, which a session renders.
 
-The scene is simulated for one millisecond, which writes surfaces and materials as `docs/format/timeline.md` says;
-then the recorded poses and impacts replace its tables. Simulators have z up: (x, y, z) becomes (x, z, -y).
+The scene is simulated for one millisecond, which writes surfaces and materials as `docs/format/timeline.md`
+says; then the recorded poses and impacts replace its tables. Mass and inertia are the simulator's. Vectors
+turn from z up to y up: (x, y, z) becomes (x, z, -y). No dynamics is computed here.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import Session
+from .material_pairs import Material, material_key, material_table
 
 Floats = npt.NDArray[np.float64]
 _TURN = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
@@ -26,7 +28,7 @@ _WORLD = 4294967295
 class Impact:
     """One impact at one point, z up; `a` and `b` are names of bodies, the normal points from b to a.
 
-    Units: `time` and `window` s, `point` m, `impulse` N s (on a), `velocity` m/s (of a relative to b, before).
+    Units: `time` and `window` s, `point` m, `impulse` N s (on a), `velocity` m/s (a against b, before).
     """
 
     time: float
@@ -42,15 +44,19 @@ class Impact:
 
 @dataclass
 class BodyShape:
-    """A body: `shape` or `mesh` of a scene file, material, mass [kg] (0 for a fixed body), first pose (z up)."""
+    """A body: `shape` or `mesh` of a scene file, material, mass [kg] (0: fixed), first pose (z up).
+
+    `inertia` [kg m²] (3, 3) about the centre of mass, in the axes of the shape; None: that of the shape.
+    """
 
     name: str
     surface: str
-    material: str
+    material: Material
     mass: float
     position: Floats
     rotation: Floats
     plane: bool = False
+    inertia: Floats | None = None
 
 
 @dataclass
@@ -87,9 +93,17 @@ def quaternion(rotation: Floats) -> Floats:
 def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> str:
     """The scene (TOML) of the bodies at their first poses; listeners have y up [m]."""
     lines = ["version = 1", f"gravity = {up(recording.gravity).tolist()}"]
+    names: dict[str, str] = {}
+    for body in recording.bodies:
+        key = material_key(body.material)
+        if isinstance(body.material, str):
+            names[key] = key
+        elif key not in names:
+            names[key] = f"custom-{len(names) + 1}"
+            lines += material_table(names[key], body.material)
     for body in recording.bodies:
         lines += ["[[plane]]" if body.plane else "[[body]]", f"name = {json.dumps(body.name)}"]
-        lines += [f"material = {json.dumps(body.material)}"]
+        lines += [f"material = {json.dumps(names[material_key(body.material)])}"]
         if body.plane:
             normal = up(body.rotation[:, 2])
             lines += [f"normal = {normal.tolist()}", f"point = {up(body.position).tolist()}"]
@@ -134,13 +148,16 @@ def write_timeline(
 
 
 def _set_masses(header: dict[str, Any], recording: Recording) -> None:
-    """Masses are the simulator's; inertia keeps the shape's distribution."""
-    masses = {body.name: body.mass for body in recording.bodies if body.mass > 0.0}
-    for body in header["bodies"]:
-        if body["name"] in masses:
-            ratio = masses[body["name"]] / body["mass"]
-            body["inertia"] = (np.array(body["inertia"]) * ratio).tolist()
-            body["mass"] = masses[body["name"]]
+    """Mass and inertia are the simulator's; without an inertia, that of the shape is scaled by the mass."""
+    moving = {body.name: body for body in recording.bodies if body.mass > 0.0}
+    for row in header["bodies"]:
+        body = moving.get(row["name"])
+        if body is None:
+            continue
+        inertia = np.array(row["inertia"]) * (body.mass / row["mass"])
+        if body.inertia is not None:
+            inertia = body.inertia.reshape(inertia.shape)
+        row["inertia"], row["mass"] = inertia.tolist(), body.mass
 
 
 def _table(columns: dict[str, npt.NDArray[Any]], vectors: dict[str, tuple[str, list[Floats]]]) -> Any:

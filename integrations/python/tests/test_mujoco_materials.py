@@ -148,5 +148,5 @@ def test_shapes_hold_their_volume_touch_where_they_meet_and_are_heard(inside):
 def test_geoms_that_do_not_touch_are_refused_with_the_body():
     pytest.importorskip("manifold3d")
     apart = '<geom type="sphere" size=".01" pos=".03 0 0"/><geom type="sphere" size=".01" pos="-.03 0 0"/>'
-    with pytest.raises(ValueError, match="body 'thing': its geoms do not form one solid"):
+    with pytest.raises(ValueError, match="body 'thing': its parts do not form one solid"):
         run(apart)

@@ -8,17 +8,29 @@ measurements.
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Mapping
 from functools import lru_cache
+from math import log10
 from typing import Union
 
 from . import ClangorError, Session, materials as presets
 
-__all__ = ["Material", "check_material", "material_key", "material_table", "pair_restitution"]
+__all__ = [
+    "Material",
+    "check_material",
+    "material_key",
+    "material_table",
+    "meetings",
+    "pair_restitution",
+    "warn_of_level",
+]
 
 Material = Union[str, Mapping[str, Union[str, float]]]
 
 _RADIUS = 0.01
+_HEARD = 0.5
+"""Least error of level [dB] of which a warning tells."""
 _MEETING = """version = 1
 gravity = [0, 0, 0]
 {tables}
@@ -88,3 +100,21 @@ def _restitution(first: str, second: str, speed: float) -> float:
 def pair_restitution(first: Material, second: Material, speed: float = 1.0) -> float:
     """Restitution (0 to 1) of a ball of 1 cm of `first` on a plane of `second`, at `speed` [m/s]."""
     return _restitution(material_key(first), material_key(second), round(min(max(speed, 0.1), 30.0), 2))
+
+
+def meetings(kind: list[int], moving: list[bool]) -> list[tuple[int, int]]:
+    """Pairs of kinds (lower first) of which two bodies can meet, when only `moving` ones come to others."""
+    found = set()
+    for a, i in enumerate(kind):
+        others = [j for b, j in enumerate(kind) if b != a]
+        found |= {(min(i, j), max(i, j)) for j in others} if moving[a] else set()
+    return sorted(found)
+
+
+def warn_of_level(pair: tuple[Material, Material], speed: float, bounce: float, names: str) -> None:
+    """Warns by how much an impact at `speed` [m/s] that bounced with `bounce` is too quiet or too loud."""
+    wanted = pair_restitution(pair[0], pair[1], speed)
+    level = 20.0 * log10((1.0 + max(0.0, bounce)) / (1.0 + wanted))
+    if abs(level) > _HEARD:
+        text = f"restitution {bounce:.2f} of the simulator instead of the materials' {wanted:.2f} costs"
+        warnings.warn(f"impact of {names}: {text} {level:+.1f} dB; `hear_as` sets it", stacklevel=5)

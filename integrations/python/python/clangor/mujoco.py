@@ -9,9 +9,7 @@ not heard. No contact force is computed here: restitution and duration are those
 from __future__ import annotations
 
 import tempfile
-import warnings
 from collections.abc import Mapping, Sequence
-from math import log10
 from os import PathLike
 from pathlib import Path
 from typing import Any, Union
@@ -21,15 +19,12 @@ import numpy as np
 
 from . import Session, Sound
 from .impacts import Load, Touches, number_impacts
-from .material_pairs import Material, pair_restitution
+from .material_pairs import Material, warn_of_level
 from .mujoco_bodies import Bodies, State
 from .mujoco_restitution import hear_as
 from .recording import Floats, Impact, Recording, write_timeline
 
 __all__ = ["Recorder", "hear_as"]
-
-_HEARD = 0.5
-"""Least error [dB] of the first impact of which a warning tells."""
 
 
 class Recorder:
@@ -124,13 +119,9 @@ class Recorder:
         self._compared = True
         ends = [_velocity(after[n], first.point) if n in after else np.zeros(3) for n in (first.a, first.b)]
         speed = -float(first.velocity @ first.normal)
-        bounce = max(0.0, float((ends[0] - ends[1]) @ first.normal) / speed)
-        wanted = pair_restitution(self._material[first.a], self._material[first.b], speed)
-        level = 20.0 * log10((1.0 + bounce) / (1.0 + wanted))
-        if abs(level) > _HEARD:
-            text = f"restitution {bounce:.2f} of the simulator instead of the materials' {wanted:.2f} costs"
-            text = f"impact of {first.a!r} on {first.b!r}: {text} {level:+.1f} dB; `hear_as` sets it"
-            warnings.warn(text, stacklevel=4)
+        bounce = float((ends[0] - ends[1]) @ first.normal) / speed
+        pair = self._material[first.a], self._material[first.b]
+        warn_of_level(pair, speed, bounce, f"{first.a!r} on {first.b!r}")
 
     def stop(self) -> None:
         """Ends the recording: open impacts are closed, carried weight is taken off. May be repeated."""

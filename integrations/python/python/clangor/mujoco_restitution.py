@@ -19,7 +19,7 @@ from typing import Any
 import mujoco  # type: ignore[import-untyped]
 import numpy as np
 
-from .material_pairs import Material, check_material, pair_restitution
+from .material_pairs import Material, check_material, meetings, pair_restitution
 from .recording import Floats
 
 _STEP, _STEPS_OF_CONTACT = 0.000125, 24.0
@@ -41,7 +41,7 @@ def dropped_restitution(step: float, damping_ratio: float) -> float:
     impedance = " ".join(str(value) for value in _SOLIMP)
     constant, ratio = _solref(step, damping_ratio)
     contact = f'solref="{constant} {ratio}" solimp="{impedance}"'
-    found: float = 0.0
+    found = 0.0
     for height in _HEIGHTS:
         text = _DROP.format(step=step, contact=contact, centre=0.01 + height)
         model = mujoco.MjModel.from_xml_string(text)
@@ -51,7 +51,7 @@ def dropped_restitution(step: float, damping_ratio: float) -> float:
             speed = float(data.qvel[2])
             slowest, fastest = min(slowest, speed), max(fastest, speed)
         found += fastest / -slowest / len(_HEIGHTS)
-    return float(found)
+    return found
 
 
 @lru_cache(maxsize=256)
@@ -61,7 +61,7 @@ def _damping_ratio(step: float, restitution: float) -> float:
     for _ in range(14):
         middle = (low * high) ** 0.5
         low, high = (middle, high) if dropped_restitution(step, middle) > restitution else (low, middle)
-    ratio = (low * high) ** 0.5
+    ratio = float((low * high) ** 0.5)
     found = dropped_restitution(step, ratio)
     if abs(found - restitution) > _TOLERANCE:
         raise ValueError(f"restitution: {restitution} cannot be reached, the nearest is {found:.2f}")
@@ -83,7 +83,7 @@ def _ratios(model: Any, step: float, materials: Mapping[str, Material]) -> Float
         kind.append(kinds.index(material))
         moving.append(bool(model.body_weldid[b]))
     rows, wanted = [], []
-    for i, j in sorted({(min(p), max(p)) for p in _meetings(kind, moving)}):
+    for i, j in meetings(kind, moving):
         both = min(max(pair_restitution(kinds[i], kinds[j]), _LOWEST), _HIGHEST)
         rows.append([0.5 * ((k == i) + (k == j)) for k in range(len(kinds))])
         wanted.append(_damping_ratio(step, round(both, 3)))
@@ -92,14 +92,6 @@ def _ratios(model: Any, step: float, materials: Mapping[str, Material]) -> Float
     found = np.maximum(np.linalg.lstsq(np.array(rows), np.array(wanted), rcond=None)[0], 0.002)
     ratios: Floats = found[kind]
     return ratios
-
-
-def _meetings(kind: list[int], moving: list[bool]) -> Iterator[tuple[int, int]]:
-    free = {k for k, moves in zip(kind, moving) if moves}
-    for i in free:
-        alone = sum(k == i and moves for k, moves in zip(kind, moving)) == 1
-        others = [k for g, k in enumerate(kind) if not (alone and moving[g] and k == i)]
-        yield from ((i, j) for j in others)
 
 
 @contextmanager

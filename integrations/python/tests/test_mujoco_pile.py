@@ -1,4 +1,4 @@
-"""Ten mixed bodies that fall on each other in MuJoCo: the ledger, the impulse of windows, impacts that are found."""
+"""Ten mixed bodies that fall on each other in MuJoCo: ledger, impulse of windows, recall of impacts."""
 
 import warnings
 
@@ -12,7 +12,8 @@ STEP = 0.00025
 XML = """<mujoco><option gravity="0 0 -9.80665" timestep="0.00025" integrator="{integrator}" tolerance="0"
 iterations="300" ls_iterations="200" ls_tolerance="1e-6"/>
 <default><geom solref="0.002 0.215" solimp="0.95 0.99 0.001" friction="0.4 0.005 0.0001"/></default>
-<asset>{meshes}</asset><worldbody><geom name="floor" type="plane" size="2 2 .1"/>{bodies}</worldbody></mujoco>"""
+<asset>{meshes}</asset><worldbody><geom name="floor" type="plane" size="2 2 .1"/>
+{bodies}</worldbody></mujoco>"""
 SHAPES = ("box", "capsule", "mesh", "cylinder", "sphere")
 
 
@@ -93,49 +94,54 @@ def test_the_ledger_of_ten_bodies(integrator):
         assert worst < bar
 
 
-def window_errors(recorder):
-    """Per body and group of impacts that overlap in time: error of their impulse against m dv - m g dt."""
-    gravity, found = recorder.recording.gravity, []
+def window_errors(recorder, rows):
+    """Per body and window of 10 ms in which v changes by over 0.1 m/s: error of the impulse of `rows`.
+
+    The truth is m dv - m g T. A window in whose end an impact lies is longer.
+    """
+    gravity, steps, found = recorder.recording.gravity, round(0.01 / STEP), []
     poses = {}
     for row in recorder.recording.poses:
         poses.setdefault(row[1], []).append(row[4])
     for body in recorder.recording.bodies:
         if body.mass == 0.0:
             continue
-        mine = [i for i in recorder.recording.impacts if body.name in (i.a, i.b)]
-        groups = []
-        for impact in sorted(mine, key=lambda i: i.time):
-            end = impact.time + impact.window
-            if groups and impact.time <= groups[-1][1] + 0.5 * STEP:
-                groups[-1][1] = max(groups[-1][1], end)
-                groups[-1][2].append(impact)
-            else:
-                groups.append([impact.time, end, [impact]])
-        velocities = poses[body.name]
-        for start, end, group in groups:
-            first, last = round(start / STEP), round(end / STEP)
-            if last >= len(velocities) or max(-i.velocity @ i.normal for i in group) < 0.1:
-                continue
-            sum_of_impulses = sum(i.impulse if i.a == body.name else -i.impulse for i in group)
+        mine = [row for row in rows if body.name in (row.a, row.b)]
+        starts = np.array([round(row.time / STEP) for row in mine])
+        ends = np.array([round((row.time + row.window) / STEP) for row in mine])
+        impulses = np.array([row.impulse if row.a == body.name else -row.impulse for row in mine])
+        velocities, first = poses[body.name], 0
+        while first + steps < len(velocities):
+            last = first + steps
+            while ((starts < last) & (ends > last)).any():
+                last = int(ends[(starts < last) & (ends > last)].max())
+            if last >= len(velocities):
+                break
             change = body.mass * (velocities[last] - velocities[first])
-            if not any(i.b == "floor" for i in group):
-                change = change - body.mass * gravity * (end - start)
-            found.append(np.linalg.norm(sum_of_impulses - change) / np.linalg.norm(change))
+            given = impulses[(starts >= first) & (starts < last)].sum(axis=0)
+            if np.linalg.norm(change) > 0.1 * body.mass:
+                change = change - body.mass * gravity * (last - first) * STEP
+                size = max(np.linalg.norm(change), 0.01 * body.mass)
+                found.append(np.linalg.norm(given - change) / size)
+            first = last
     return np.array(found)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_impacts_are_found_and_have_the_change_of_momentum(seed):
+def test_impacts_are_found_and_the_rows_hold_the_change_of_momentum(seed):
     recorder, onsets = record(seed)
     numbers = {f"b{i}": i + 1 for i in range(10)}
     impacts = [
-        (i.time, tuple(sorted((numbers.get(i.a, 0), numbers.get(i.b, 0))))) for i in recorder.recording.impacts
+        (i.time, tuple(sorted((numbers.get(i.a, 0), numbers.get(i.b, 0)))))
+        for i in recorder.recording.impacts
     ]
     hit = [any(abs(t - time) < 0.001 and p == pair for t, p in impacts) for time, pair, _ in onsets]
-    errors = window_errors(recorder)
-    share = (errors < 0.02).mean()
     print(f"seed {seed}: {len(onsets)} impacts above 10 cm/s, recall {np.mean(hit):.3f}, bar 0.99")
-    print(f"{len(errors)} windows, within 2 %: {share:.3f}, bar 0.95; median {np.median(errors):.1e}")
-    print("worst", np.round(np.sort(errors)[-12:], 3))
+    rows = recorder.recording.impacts + recorder.recording.lasting
+    errors = window_errors(recorder, rows)
+    share = (errors < 0.02).mean()
+    alone = (window_errors(recorder, recorder.recording.impacts) < 0.02).mean()
+    print(f"{len(errors)} windows, within 2 %: {share:.3f}, bar 0.95; worst {errors.max():.1e}")
+    print(f"impacts alone, without lasting loads and weight: {alone:.3f}, no bar")
     assert np.mean(hit) >= 0.99
     assert share >= 0.95

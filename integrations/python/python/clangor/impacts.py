@@ -7,14 +7,14 @@ share is taken off. It is not a contact model: forces are the simulator's.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .recording import Floats, Impact
+from .recording import Floats, Impact, Recording
 
-__all__ = ["Load", "Touches", "number_impacts"]
+__all__ = ["Load", "Touches", "close_recording"]
 
 _ENDED = 0.02
 """Share of the approach speed below which the normal velocity has ended."""
@@ -42,6 +42,7 @@ class _Touch:
     last: float
     rest: float = 0.0
     done: bool = False
+    steps: list[Impact] = field(default_factory=list)
 
 
 class Touches:
@@ -53,6 +54,8 @@ class Touches:
         self.approach, self.longest = approach, longest
         self.closed: list[Impact] = []
         """Impacts that ended in the last step."""
+        self.lasting: list[Impact] = []
+        """Loads of single steps, so far, that belong to no impact."""
         self._touches: dict[tuple[Hashable, Hashable], list[_Touch]] = {}
 
     def step(self, loads: list[Load]) -> None:
@@ -84,12 +87,15 @@ class Touches:
             if touch is not None:
                 touches.remove(touch)
             touch = _Touch(load.local, new, new.point * along, along, new.time)
+            touch.steps.append(replace(new))
             touches.append(touch)
             return touch
         touch.local, touch.last = load.local, new.time
         if touch.done:
             touch.rest = 0.9 * touch.rest + 0.1 * along
+            self.lasting.append(new)
             return touch
+        touch.steps.append(new)
         run = touch.impact
         run.impulse, run.window = run.impulse + new.impulse, run.window + new.window
         touch.weighted, touch.load = touch.weighted + new.point * along, touch.load + along
@@ -106,12 +112,18 @@ class Touches:
         if -float(impact.velocity @ impact.normal) >= self.approach:
             impact.point = touch.weighted / touch.load
             self.closed.append(impact)
+        else:
+            self.lasting += touch.steps
+        touch.steps = []
 
 
-def number_impacts(impacts: list[Impact], mass: Mapping[str, float], gravity: Floats) -> list[Impact]:
-    """Impacts in order of time, numbered, without the weight that a fixed body carries meanwhile."""
-    impacts = sorted(impacts, key=lambda impact: impact.time)
+def close_recording(recording: Recording, touches: Touches) -> None:
+    """Impacts in order of time, numbered; the weight that a fixed body carries meanwhile becomes lasting
+    load."""
+    impacts = sorted(recording.impacts + touches.finish(), key=lambda impact: impact.time)
+    mass = {body.name: body.mass for body in recording.bodies}
     along = [float(i.impulse @ i.normal) for i in impacts]
+    recording.impacts, recording.lasting = impacts, touches.lasting
     for k, impact in enumerate(impacts):
         impact.number = k + 1
         if mass[impact.b] > 0.0:
@@ -122,7 +134,8 @@ def number_impacts(impacts: list[Impact], mass: Mapping[str, float], gravity: Fl
             for j, n in zip(impacts, along)
             if j.a == impact.a and j.time < end and impact.time < j.time + j.window
         ]
-        weight = -mass[impact.a] * float(gravity @ impact.normal) * impact.window
-        carried = max(0.0, weight) * along[k] / sum(mates)
-        impact.impulse = impact.impulse - impact.normal * min(carried, 0.99 * along[k])
-    return impacts
+        weight = -mass[impact.a] * float(recording.gravity @ impact.normal) * impact.window
+        carried = min(max(0.0, weight) * along[k] / sum(mates), 0.99 * along[k])
+        if carried > 0.0:
+            recording.lasting.append(replace(impact, impulse=impact.normal * carried, number=0))
+        impact.impulse = impact.impulse - impact.normal * carried

@@ -18,7 +18,7 @@ import mujoco  # type: ignore[import-untyped]
 import numpy as np
 
 from . import Session, Sound
-from .impacts import Load, Touches, number_impacts
+from .impacts import Load, Touches, close_recording
 from .material_pairs import Material, warn_of_level
 from .mujoco_bodies import Bodies, State
 from .mujoco_restitution import hear_as
@@ -54,7 +54,8 @@ class Recorder:
         self._mass = {body.name: body.mass for body in self._bodies.bodies}
         self._stopped = self._compared = False
         self._start = float(data.time)
-        self.recording = Recording(self._bodies.shapes, np.array(model.opt.gravity))
+        step = float(model.opt.timestep)
+        self.recording = Recording(self._bodies.shapes, np.array(model.opt.gravity), step)
         self.ledger: list[tuple[float, str, float, float]] = []
         """Per step and moving body: time [s], name, |sum of J + m g dt - m dv| and |m dv| [N s].
 
@@ -128,8 +129,7 @@ class Recorder:
         if self._stopped:
             return
         self._stopped = True
-        impacts = self.recording.impacts + self._touches.finish()
-        self.recording.impacts = number_impacts(impacts, self._mass, self.recording.gravity)
+        close_recording(self.recording, self._touches)
 
     def session(self, listener: Sequence[float] = (0.3, 0.3, 0.4)) -> Session:
         """A session that renders what was recorded; `listener` is a place (3,) [m], z up."""

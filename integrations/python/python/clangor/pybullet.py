@@ -18,7 +18,7 @@ import numpy as np
 import pybullet  # type: ignore[import-not-found]
 
 from . import Session, Sound
-from .impacts import Load, Touches, number_impacts
+from .impacts import Load, Touches, close_recording
 from .material_pairs import Material, warn_of_level
 from .pybullet_bodies import add_body, hear_as, pose
 from .recording import Floats, Impact, Recording, write_timeline
@@ -46,7 +46,7 @@ class Recorder:
         self.client, self.dt = client, float(world["fixedTimeStep"])
         self._folder = tempfile.TemporaryDirectory(prefix="clangor-")
         gravity = np.array([world[f"gravityAcceleration{axis}"] for axis in "XYZ"], float)
-        self.recording = Recording([], gravity)
+        self.recording = Recording([], gravity, self.dt)
         self.ledger: list[tuple[float, str, float, float]] = []
         """Per step and free body: time [s], name, |sum of J + m g dt - m dv| and |m dv| [N s]."""
         self._steps, self._stopped, self._compared = 0, False, False
@@ -129,9 +129,7 @@ class Recorder:
         if self._stopped:
             return
         self._stopped = True
-        impacts = self.recording.impacts + self._touches.finish()
-        mass = {shape.name: shape.mass for shape in self.recording.bodies}
-        self.recording.impacts = number_impacts(impacts, mass, self.recording.gravity)
+        close_recording(self.recording, self._touches)
 
     def session(self, listener: Sequence[float] = (0.3, 0.3, 0.4)) -> Session:
         """A session that renders what was recorded; `listener` is a place (3,) [m], z up."""

@@ -61,12 +61,18 @@ class BodyShape:
 
 @dataclass
 class Recording:
-    """Bodies, poses as (time, body, position, rotation, velocity, angular velocity), and impacts."""
+    """Bodies, poses as (time, body, position, rotation, velocity, angular velocity), and impacts.
+
+    `lasting` are loads of single steps outside impacts, and carried weight; with the impacts they are all
+    that the contacts gave.
+    """
 
     bodies: list[BodyShape]
     gravity: Floats
+    step: float
     poses: list[tuple[float, str, Floats, Floats, Floats, Floats]] = field(default_factory=list)
     impacts: list[Impact] = field(default_factory=list)
+    lasting: list[Impact] = field(default_factory=list)
 
 
 def up(vector: Floats) -> Floats:
@@ -139,7 +145,7 @@ def write_timeline(
         header[name] = {"rows": table.num_rows}
     times = [row[0] for row in recording.poses]
     header["origin"]["duration"] = times[-1]
-    header["origin"]["raw_log"] = False
+    header["origin"]["raw_log"], header["origin"]["time_step"] = True, recording.step
     header["origin"]["pose_rate"] = (
         (len(set(times)) - 1) / (times[-1] - times[0]) if times[-1] > times[0] else 1.0
     )
@@ -170,13 +176,13 @@ def _table(columns: dict[str, npt.NDArray[Any]], vectors: dict[str, tuple[str, l
 
 
 def _contacts(recording: Recording, index: dict[str, int]) -> Any:
-    rows = sorted(recording.impacts, key=lambda impact: impact.time)
+    rows = sorted(recording.impacts + recording.lasting, key=lambda row: row.time)
     along = [float(i.impulse @ i.normal) for i in rows]
     columns: dict[str, npt.NDArray[Any]] = {
         "t": np.array([i.time for i in rows], np.float64),
         "body_a": np.array([index[i.a] for i in rows], np.uint32),
         "body_b": np.array([index.get(i.b, _WORLD) for i in rows], np.uint32),
-        "kind": np.zeros(len(rows), np.uint8),
+        "kind": np.array([0 if i.number else 1 for i in rows], np.uint8),
         "impulse_n": np.array(along, np.float32),
         "depth": np.zeros(len(rows), np.float32),
         "impact_id": np.array([i.number for i in rows], np.uint64),

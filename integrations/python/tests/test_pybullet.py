@@ -83,7 +83,7 @@ def test_an_impact_of_two_steps_is_one_with_the_whole_change_of_momentum(client)
     """Without `hear_as`, Bullet takes bounces in two steps; the impulse is that of both."""
     step = 0.00025
     floor, ball = world(client, step, 0.41)
-    settings = dict(restitutionVelocityThreshold=0.02, erp=0, contactERP=0)
+    settings = dict(restitutionVelocityThreshold=0.02, erp=0, contactERP=0, contactBreakingThreshold=0.02)
     pybullet.setPhysicsEngineParameter(**settings, physicsClientId=client)
     for body in (floor, ball):
         pybullet.changeDynamics(body, -1, restitution=0.6**0.5, linearDamping=0, angularDamping=0)

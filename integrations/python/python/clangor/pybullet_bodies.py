@@ -107,8 +107,9 @@ def hear_as(client: int, materials: Mapping[int, Material], restitution: float |
     """Sets the restitution of every body to that of its material, or of all pairs to `restitution`.
 
     It also sets the damping of all bodies to 0, the solver's error correction to 0, and lets contacts act
-    only when bodies overlap. PyBullet does not give all of these back, so they stay as set. Errors:
-    ValueError for a material that is not known and a restitution outside 0 to 1.
+    only when bodies overlap. PyBullet does not give these back, so they stay as set, the overlap for all
+    clients of the process. Errors: ValueError for a material that is not known and a restitution outside 0
+    to 1.
     """
     if restitution is not None and not 0.0 <= restitution <= 1.0:
         raise ValueError(f"restitution: {restitution} is not between 0 and 1")

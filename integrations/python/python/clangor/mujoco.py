@@ -21,6 +21,7 @@ from . import Session, Sound
 from .impacts import Load, Touches, close_recording
 from .material_pairs import Material, warn_of_level
 from .mujoco_bodies import Bodies, State
+from .mujoco_joints import Joints
 from .mujoco_restitution import hear_as
 from .recording import Floats, Impact, Recording, write_timeline
 
@@ -52,6 +53,7 @@ class Recorder:
         self._material = {shape.name: shape.material for shape in self._bodies.shapes}
         self._moving = [body for body in self._bodies.bodies if body.root]
         self._mass = {body.name: body.mass for body in self._bodies.bodies}
+        self._joints = Joints(self._bodies)
         self._stopped = self._compared = False
         self._start = float(data.time)
         step = float(model.opt.timestep)
@@ -59,7 +61,7 @@ class Recorder:
         self.ledger: list[tuple[float, str, float, float]] = []
         """Per step and moving body: time [s], name, |sum of J + m g dt - m dv| and |m dv| [N s].
 
-        The first number of a body on joints is the impulse of its joints.
+        With joints, J holds their impulses, and only bodies on free joints leave a difference.
         """
 
     def step(self) -> None:
@@ -70,9 +72,12 @@ class Recorder:
         time, dt = float(d.time) - self._start, float(m.opt.timestep)
         self._bodies.read(d)
         before = {body.name: self._bodies.state(body) for body in self._bodies.bodies}
+        if self._joints.there:
+            self._joints.start()
         mujoco.mj_step(m, d)
         self._bodies.read(d)
         after = {body.name: self._bodies.state(body) for body in self._moving}
+        change = {name: after[name].velocity - before[name].velocity for name in after}
         for name in after:
             s = before[name]
             self.recording.poses.append((time, name, s.place, s.rotation, s.velocity, s.spin))
@@ -80,10 +85,13 @@ class Recorder:
         loads = [load for i in range(d.ncon) for load in self._contact(i, time, before, total)]
         self._touches.step(loads)
         self._keep(self._touches.closed, after)
-        for name, impulse in total.items():
-            change = self._mass[name] * (after[name].velocity - before[name].velocity)
-            rest = impulse + self._mass[name] * m.opt.gravity * dt - change
-            self.ledger.append((time, name, float(np.linalg.norm(rest)), float(np.linalg.norm(change))))
+        rest = {n: total[n] + self._mass[n] * (m.opt.gravity * dt - change[n]) for n in total}
+        if self._joints.there:
+            rows, rest = self._joints.finish(time, dt, total, self.recording.gravity)
+            self._touches.lasting += rows
+        for n in total:
+            sizes = float(np.linalg.norm(rest[n])), self._mass[n] * float(np.linalg.norm(change[n]))
+            self.ledger.append((time, n, *sizes))
 
     def _contact(
         self, i: int, time: float, before: dict[str, State], total: dict[str, Floats]

@@ -76,11 +76,12 @@ class Bodies:
 
     def read(self, data: Any) -> None:
         """Takes positions and velocities from `data`."""
-        c = self._copy
-        if (c.qpos == data.qpos).all() and (c.qvel == data.qvel).all() and c.time != 0.0:
+        c, names = self._copy, ("qpos", "qvel", "mocap_pos", "mocap_quat")
+        if c.time > 0.0 and all(np.array_equal(getattr(c, name), getattr(data, name)) for name in names):
             return
-        c.qpos[:], c.qvel[:], c.time = data.qpos, data.qvel, 1.0
-        c.mocap_pos[:], c.mocap_quat[:] = data.mocap_pos, data.mocap_quat
+        for name in names:
+            getattr(c, name)[:] = getattr(data, name)
+        c.time = 1.0
         mujoco.mj_kinematics(self.model, c)
         mujoco.mj_comPos(self.model, c)
         mujoco.mj_comVel(self.model, c)
@@ -90,6 +91,23 @@ class Bodies:
         m = self.model
         joint = m.body_jntadr[root]
         return bool(m.body_jntnum[root] == 1 and m.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE)
+
+    def links(self) -> list[tuple[RigidBody, int]]:
+        """All moving bodies, recorded or not, with the root of what they are joined to; parents come
+        first."""
+        m, known = self.model, {body.root: body for body in self.bodies if body.root}
+        found = []
+        for root in range(1, m.nbody):
+            if int(m.body_weldid[root]) != root:
+                continue
+            mass = float(sum(m.body_mass[b] for b in self._members(root)))
+            body = known.get(root) or RigidBody("", root, [], mass, np.eye(3), 0.0)
+            found.append((body, int(m.body_weldid[m.body_parentid[root]])))
+        return found
+
+    def anchor(self, root: int) -> Floats:
+        """Place [m] of the first joint of a moving body."""
+        return np.array(self._copy.xanchor[self.model.body_jntadr[root]])
 
     def state(self, body: RigidBody) -> State:
         """State as last read."""
@@ -113,6 +131,8 @@ class Bodies:
     def _centre(self, root: int) -> Floats:
         members = self._members(root)
         masses = self.model.body_mass[members]
+        if not masses.sum() > 0.0:
+            return np.array(self._copy.xipos[root])
         centre: Floats = masses @ self._copy.xipos[members] / masses.sum()
         return centre
 

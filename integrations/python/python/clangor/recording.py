@@ -28,6 +28,9 @@ _WORLD = 4294967295
 class Impact:
     """One impact at one point, z up; `a` and `b` are names of bodies, the normal points from b to a.
 
+    Without a number it is the load of one step; at a joint (`joint`), the normal is 0 and `b` may be the
+    world.
+
     Units: `time` and `window` s, `point` m, `impulse` N s (on a), `velocity` m/s (a against b, before).
     """
 
@@ -40,6 +43,7 @@ class Impact:
     velocity: Floats
     window: float
     number: int = 0
+    joint: bool = False
 
 
 @dataclass
@@ -182,7 +186,7 @@ def _contacts(recording: Recording, index: dict[str, int]) -> Any:
         "t": np.array([i.time for i in rows], np.float64),
         "body_a": np.array([index[i.a] for i in rows], np.uint32),
         "body_b": np.array([index.get(i.b, _WORLD) for i in rows], np.uint32),
-        "kind": np.array([0 if i.number else 1 for i in rows], np.uint8),
+        "kind": np.array([2 if i.joint else 0 if i.number else 1 for i in rows], np.uint8),
         "impulse_n": np.array(along, np.float32),
         "depth": np.zeros(len(rows), np.float32),
         "impact_id": np.array([i.number for i in rows], np.uint64),

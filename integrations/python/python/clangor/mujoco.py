@@ -46,6 +46,8 @@ class Recorder:
     ) -> None:
         if data.qpos.shape != (model.nq,):
             raise ValueError(f"data: qpos has shape {data.qpos.shape}, the model needs ({model.nq},)")
+        if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
+            raise ValueError("model: the contact forces of the integrator RK4 cannot be read; use Euler")
         self.model, self.data = model, data
         self._touches = Touches(approach, longest)
         self._folder = tempfile.TemporaryDirectory(prefix="clangor-")

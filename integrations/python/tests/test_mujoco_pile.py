@@ -83,13 +83,13 @@ class Speeds:
         return -float((self.at(bodies[0], point) - self.at(bodies[1], point)) @ np.array(contact.frame[:3]))
 
 
-@pytest.mark.parametrize("integrator", ["Euler", "implicitfast"])
+@pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "implicit", "RK4"])
 def test_the_ledger_of_ten_bodies(integrator):
     recorder, _ = record(1, integrator, 0.5)
     for i in range(10):
         rows = [row for row in recorder.ledger if row[1] == f"b{i}"]
         worst = max(row[2] for row in rows) / max(row[3] for row in rows)
-        bar = 1e-2 if SHAPES[i % 5] == "mesh" else 1e-9
+        bar = 1e-2 if SHAPES[i % 5] == "mesh" or integrator == "RK4" else 1e-9
         print(integrator, SHAPES[i % 5], f"{worst:.1e}, bar {bar:.0e}")
         assert worst < bar
 

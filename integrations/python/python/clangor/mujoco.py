@@ -21,6 +21,7 @@ from . import Session, Sound
 from .impacts import Load, Touches, close_recording
 from .material_pairs import Material, warn_of_level
 from .mujoco_bodies import Bodies, State
+from .mujoco_contacts import Contacts, Push
 from .mujoco_joints import Joints
 from .mujoco_restitution import hear_as
 from .recording import Floats, Impact, Recording, write_timeline
@@ -46,8 +47,7 @@ class Recorder:
     ) -> None:
         if data.qpos.shape != (model.nq,):
             raise ValueError(f"data: qpos has shape {data.qpos.shape}, the model needs ({model.nq},)")
-        if model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4:
-            raise ValueError("model: the contact forces of the integrator RK4 cannot be read; use Euler")
+        self._contacts = Contacts(model)
         self.model, self.data = model, data
         self._touches = Touches(approach, longest)
         self._folder = tempfile.TemporaryDirectory(prefix="clangor-")
@@ -76,7 +76,7 @@ class Recorder:
         before = {body.name: self._bodies.state(body) for body in self._bodies.bodies}
         if self._joints.there:
             self._joints.start()
-        mujoco.mj_step(m, d)
+        pushes = self._contacts.step(d)
         self._bodies.read(d)
         after = {body.name: self._bodies.state(body) for body in self._moving}
         change = {name: after[name].velocity - before[name].velocity for name in after}
@@ -84,7 +84,7 @@ class Recorder:
             s = before[name]
             self.recording.poses.append((time, name, s.place, s.rotation, s.velocity, s.spin))
         total = {name: np.zeros(3) for name in after}
-        loads = [load for i in range(d.ncon) for load in self._contact(i, time, before, total)]
+        loads = [load for push in pushes for load in self._load(push, time, before, total)]
         self._touches.step(loads)
         self._keep(self._touches.closed, after)
         rest = {n: total[n] + self._mass[n] * (m.opt.gravity * dt - change[n]) for n in total}
@@ -95,19 +95,14 @@ class Recorder:
             sizes = float(np.linalg.norm(rest[n])), self._mass[n] * float(np.linalg.norm(change[n]))
             self.ledger.append((time, n, *sizes))
 
-    def _contact(
-        self, i: int, time: float, before: dict[str, State], total: dict[str, Floats]
+    def _load(
+        self, push: Push, time: float, before: dict[str, State], total: dict[str, Floats]
     ) -> list[Load]:
-        """The load of contact `i`, if it pushes; its impulse is added to `total`."""
-        m, d, dt = self.model, self.data, float(self.model.opt.timestep)
-        c, force = d.contact[i], np.zeros(6)
-        g, h = int(c.geom2), int(c.geom1)
-        if g not in self._bodies.of_geom or h not in self._bodies.of_geom:
+        """The load of a contact, if it pushes; its impulse is added to `total`."""
+        dt, known = float(self.model.opt.timestep), self._bodies.of_geom
+        if push.first not in known or push.second not in known:
             return []
-        mujoco.mj_contactForce(m, d, i, force)
-        frame = np.array(c.frame).reshape(3, 3)
-        impulse, normal = frame.T @ force[:3] * dt, frame[0].copy()
-        a, b = self._bodies.of_geom[g], self._bodies.of_geom[h]
+        a, b, impulse, normal = known[push.second], known[push.first], push.impulse, push.normal
         if not a.root:
             a, b, impulse, normal = b, a, -impulse, -normal
         for body, sign in ((a, 1.0), (b, -1.0)):
@@ -115,11 +110,11 @@ class Recorder:
                 total[body.name] += sign * impulse
         if not float(impulse @ normal) > 0.0 or a is b:
             return []
-        point = np.array(c.pos) + 0.5 * normal * min(float(c.dist), 0.0)
+        point = push.point
         speed = _velocity(before[a.name], point) - _velocity(before[b.name], point)
         impact = Impact(time, a.name, b.name, point, normal, impulse, speed, dt)
         local = before[a.name].rotation.T @ (point - before[a.name].place)
-        weight = float(np.linalg.norm(m.opt.gravity)) * a.mass * dt
+        weight = float(np.linalg.norm(self.model.opt.gravity)) * a.mass * dt
         return [Load((a.name, b.name), impact, local, 0.5 * a.reach, weight)]
 
     def _keep(self, impacts: list[Impact], after: dict[str, State]) -> None:

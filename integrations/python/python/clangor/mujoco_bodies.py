@@ -17,7 +17,7 @@ import mujoco  # type: ignore[import-untyped]
 import numpy as np
 
 from .material_pairs import Material, check_material
-from .mujoco_shapes import AXIS_Y_TO_Z, geom_surface, union_surface
+from .mujoco_shapes import AXIS_Y_TO_Z, geom_surface, mesh_centre, union_surface
 from .recording import BodyShape, Floats
 
 __all__ = ["Bodies", "RigidBody", "State"]
@@ -163,7 +163,8 @@ class Bodies:
             reach, centre = float(m.geom_rbound[g]), np.array(c.geom_xpos[g])
             if root:
                 axes = self._frame(root).T @ np.array(c.geom_xmat[g]).reshape(3, 3) @ axes
-            if root and np.linalg.norm(centre - self._centre(root)) > _CENTRE_ERROR * reach:
+            away = np.array(c.geom_xmat[g]).reshape(3, 3) @ mesh_centre(m, g, name)
+            if root and np.linalg.norm(centre + away - self._centre(root)) > _CENTRE_ERROR * reach:
                 raise ValueError(f"body {name!r}: its centre of mass is not that of its geom")
         else:
             surface, reach = self._union(root, geoms, name)

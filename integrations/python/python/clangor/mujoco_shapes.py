@@ -16,7 +16,7 @@ import numpy as np
 from .recording import Floats
 from .surfaces import Triangles, ball, box, capsule, centroid, cylinder, union, write_obj
 
-__all__ = ["AXIS_Y_TO_Z", "geom_surface", "union_surface"]
+__all__ = ["AXIS_Y_TO_Z", "geom_surface", "mesh_centre", "union_surface"]
 
 AXIS_Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Turns the axis of a shape of revolution, y, into MuJoCo's, z."""
@@ -36,6 +36,13 @@ def geom_surface(model: Any, g: int, name: str, folder: Path) -> str:
     if kind == _TYPES.mjGEOM_CYLINDER:
         return f'shape = "cylinder:{size[0]:.9g}x{2.0 * size[1]:.9g}"'
     return write_obj(folder / f"geom-{g}.obj", _triangles(model, g, name))
+
+
+def mesh_centre(model: Any, g: int, name: str) -> Floats:
+    """Centre [m] of the solid of a geom in its frame; not 0 only for meshes of which MuJoCo takes another."""
+    if model.geom_type[g] != _TYPES.mjGEOM_MESH:
+        return np.zeros(3)
+    return centroid(_triangles(model, g, name))
 
 
 def union_surface(

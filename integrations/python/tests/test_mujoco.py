@@ -141,3 +141,11 @@ def test_the_ledger_of_a_mesh_closes_to_1e_2_of_the_momentum():
     worst = max(row[2] for row in rows) / max(row[3] for row in rows)
     print("ledger of a mesh", worst)
     assert worst < 1e-2
+
+
+def test_a_session_outlives_its_recorder():
+    import gc
+
+    session = recorded(seconds=0.4).session()
+    gc.collect()
+    assert session.render()[0].peak > 0.0

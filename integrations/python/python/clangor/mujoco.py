@@ -24,7 +24,7 @@ from .mujoco_bodies import Bodies, State
 from .mujoco_contacts import Contacts, Push
 from .mujoco_joints import Joints
 from .mujoco_restitution import hear_as
-from .recording import Floats, Impact, Recording, write_timeline
+from .recording import Floats, Impact, Recording, open_session
 
 __all__ = ["Recorder", "hear_as"]
 
@@ -138,20 +138,15 @@ class Recorder:
 
     def session(self, listener: Sequence[float] = (0.3, 0.3, 0.4)) -> Session:
         """A session that renders what was recorded; `listener` is a place (3,) [m], z up."""
-        if len(listener) != 3:
-            raise ValueError(f"listener: needs 3 numbers, not {len(listener)}")
         self.stop()
-        x, y, z = (float(value) for value in listener)
-        folder = Path(self._folder.name)
-        target = folder / "run.timeline"
-        write_timeline(self.recording, folder / "scene.toml", target, [(x, z, -y)])
-        return Session(target, listeners=[(x, z, -y)])
+        return open_session(self.recording, self._folder, listener, keep=True)
 
     def render(
         self, output: Union[str, PathLike[str], None] = None, listener: Sequence[float] = (0.3, 0.3, 0.4)
     ) -> list[Sound]:
         """The sound at `listener` [m], z up; written to `output` if it is given."""
-        return self.session(listener).render(output)
+        self.stop()
+        return open_session(self.recording, self._folder, listener, keep=False).render(output)
 
 
 def _velocity(state: State, point: Floats) -> Floats:

@@ -21,7 +21,7 @@ from . import Session, Sound
 from .impacts import Load, Touches, close_recording
 from .material_pairs import Material, warn_of_level
 from .pybullet_bodies import add_body, hear_as, pose
-from .recording import Floats, Impact, Recording, write_timeline
+from .recording import Floats, Impact, Recording, open_session
 
 __all__ = ["Recorder", "hear_as"]
 
@@ -133,19 +133,15 @@ class Recorder:
 
     def session(self, listener: Sequence[float] = (0.3, 0.3, 0.4)) -> Session:
         """A session that renders what was recorded; `listener` is a place (3,) [m], z up."""
-        if len(listener) != 3:
-            raise ValueError(f"listener: needs 3 numbers, not {len(listener)}")
         self.stop()
-        x, y, z = (float(value) for value in listener)
-        target = Path(self._folder.name) / "run.timeline"
-        write_timeline(self.recording, Path(self._folder.name) / "scene.toml", target, [(x, z, -y)])
-        return Session(target, listeners=[(x, z, -y)])
+        return open_session(self.recording, self._folder, listener, keep=True)
 
     def render(
         self, output: Union[str, PathLike[str], None] = None, listener: Sequence[float] = (0.3, 0.3, 0.4)
     ) -> list[Sound]:
         """The sound at `listener` [m], z up; written to `output` if it is given."""
-        return self.session(listener).render(output)
+        self.stop()
+        return open_session(self.recording, self._folder, listener, keep=False).render(output)
 
 
 def _velocity(state: _Motion, point: Floats) -> Floats:

@@ -8,6 +8,7 @@ turn from z up to y up: (x, y, z) becomes (x, z, -y). No dynamics is computed he
 from __future__ import annotations
 
 import json
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +23,7 @@ from .material_pairs import Material, material_key, material_table
 Floats = npt.NDArray[np.float64]
 _TURN = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 _WORLD = 4294967295
+_KEPT: list[tempfile.TemporaryDirectory[str]] = []
 
 
 @dataclass
@@ -125,6 +127,23 @@ def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> st
     for place in listeners:
         lines += ["[[listener]]", f"position = {[float(x) for x in place]}"]
     return "\n".join(lines) + "\n"
+
+
+def open_session(
+    recording: Recording, folder: tempfile.TemporaryDirectory[str], listener: Sequence[float], keep: bool
+) -> Session:
+    """A session of what was recorded, at `listener` (3,) [m], z up.
+
+    The folder lasts as long as the process if `keep`, since a session reads it when it renders.
+    """
+    if len(listener) != 3:
+        raise ValueError(f"listener: needs 3 numbers, not {len(listener)}")
+    x, y, z = (float(value) for value in listener)
+    if keep and folder not in _KEPT:
+        _KEPT.append(folder)
+    target = Path(folder.name) / "run.timeline"
+    write_timeline(recording, Path(folder.name) / "scene.toml", target, [(x, z, -y)])
+    return Session(target, listeners=[(x, z, -y)])
 
 
 def write_timeline(

@@ -150,3 +150,50 @@ def test_geoms_that_do_not_touch_are_refused_with_the_body():
     apart = '<geom type="sphere" size=".01" pos=".03 0 0"/><geom type="sphere" size=".01" pos="-.03 0 0"/>'
     with pytest.raises(ValueError, match="body 'thing': its parts do not form one solid"):
         run(apart)
+
+
+@pytest.mark.parametrize("first, second", [("steel", "granite"), ("wood", "granite")])
+def test_the_clicks_are_those_of_our_own_simulation(first, second):
+    import clangor
+    import clangor.mujoco as cm
+
+    scene = f"""version = 1
+[simulation]
+duration = 1.0
+[[body]]
+name = "thing"
+shape = "sphere:0.01"
+material = "{first}"
+position = [0, 0.51, 0]
+[[plane]]
+name = "floor"
+material = "{second}"
+[[listener]]
+position = [0.3, 0.4, -0.3]
+"""
+    ours = clangor.Session(text=scene, sample_rate=192000)
+    rows = ours.simulate().contacts
+    (wanted,) = ours.render()
+    density = ours.bodies[0].mass / (4.0 / 3.0 * np.pi * 1e-6)
+    text = XML.format(inside=f'<geom type="sphere" size="0.01" density="{density}"/>')
+    model = mujoco.MjModel.from_xml_string(text.replace("0 0 .2", "0 0 .51"))
+    materials = {"thing": first, "floor": second}
+    with cm.hear_as(model, materials=materials) as step:
+        recorder = cm.Recorder(model, mujoco.MjData(model), materials)
+        for _ in range(round(1.0 / step)):
+            recorder.step()
+    recorder.session()
+    path, place = Path(recorder._folder.name) / "run.timeline", [(0.3, 0.4, -0.3)]
+    (heard,) = clangor.Session(path, listeners=place, sample_rate=192000).render()
+    times = [i.time for i in recorder.recording.impacts], rows["t"][rows["kind"] == 0]
+    pairs = [pair for pair in zip(*times) if max(pair) < 0.99]
+    levels = [20.0 * np.log10(peak(heard, a) / peak(wanted, b)) for a, b in pairs]
+    print(first, second, "clicks", np.round(levels, 2), "dB, bars 1 and 2")
+    assert len(levels) >= 2 and abs(levels[0]) < 1.0 and max(map(abs, levels)) < 2.0
+
+
+def peak(sound, time):
+    """Largest pressure within 3 ms of the arrival of the click."""
+    arrival = time + np.hypot(np.hypot(0.3, 0.3), 0.39) / 343.2
+    first, last = (round((arrival + d) * sound.sample_rate) for d in (-0.003, 0.003))
+    return float(np.abs(sound.pressure[max(first, 0) : last]).max())

@@ -24,7 +24,7 @@ from .mujoco_bodies import Bodies, State
 from .mujoco_contacts import Contacts, Push
 from .mujoco_joints import Joints
 from .mujoco_restitution import hear_as
-from .recording import Floats, Impact, Recording, open_session
+from .recording import Floats, Impact, Recording, cross, open_session
 
 __all__ = ["Recorder", "hear_as"]
 
@@ -150,5 +150,5 @@ class Recorder:
 
 
 def _velocity(state: State, point: Floats) -> Floats:
-    velocity: Floats = state.velocity + np.cross(state.spin, point - state.place)
+    velocity: Floats = state.velocity + cross(state.spin, point - state.place)
     return velocity

@@ -18,7 +18,7 @@ import numpy as np
 
 from .material_pairs import Material, check_material
 from .mujoco_shapes import AXIS_Y_TO_Z, geom_surface, mesh_centre, union_surface
-from .recording import BodyShape, Floats
+from .recording import BodyShape, Floats, cross
 
 __all__ = ["Bodies", "RigidBody", "State"]
 
@@ -56,6 +56,7 @@ class Bodies:
     def __init__(self, model: Any, data: Any, materials: Mapping[str, Material], folder: Path) -> None:
         self.model = model
         self._copy = mujoco.MjData(model)
+        self._groups: dict[int, list[int]] = {}
         self.read(data)
         self.bodies: list[RigidBody] = []
         self.shapes: list[BodyShape] = []
@@ -119,19 +120,22 @@ class Bodies:
         both = np.zeros(6)
         mujoco.mj_objectVelocity(self.model, c, mujoco.mjtObj.mjOBJ_BODY, body.root, both, 0)
         place = self._centre(body.root)
-        velocity = both[3:] + np.cross(both[:3], place - c.xipos[body.root])
+        velocity = both[3:] + cross(both[:3], place - c.xipos[body.root])
         return State(place, self._frame(body.root) @ body.axes, velocity, both[:3].copy())
 
     def _frame(self, root: int) -> Floats:
         return np.array(self._copy.xmat[root]).reshape(3, 3)
 
     def _members(self, root: int) -> list[int]:
-        return [b for b in range(1, self.model.nbody) if self.model.body_weldid[b] == root]
+        if root not in self._groups:
+            found = [b for b in range(1, self.model.nbody) if self.model.body_weldid[b] == root]
+            self._groups[root] = found
+        return self._groups[root]
 
     def _centre(self, root: int) -> Floats:
         members = self._members(root)
         masses = self.model.body_mass[members]
-        if not masses.sum() > 0.0:
+        if len(members) == 1 or not masses.sum() > 0.0:
             return np.array(self._copy.xipos[root])
         centre: Floats = masses @ self._copy.xipos[members] / masses.sum()
         return centre

@@ -21,7 +21,7 @@ from . import Session, Sound
 from .impacts import Load, Touches, close_recording
 from .material_pairs import Material, warn_of_level
 from .pybullet_bodies import add_body, hear_as, pose
-from .recording import Floats, Impact, Recording, open_session
+from .recording import Floats, Impact, Recording, cross, open_session
 
 __all__ = ["Recorder", "hear_as"]
 
@@ -145,5 +145,5 @@ class Recorder:
 
 
 def _velocity(state: _Motion, point: Floats) -> Floats:
-    velocity: Floats = state[2] + np.cross(state[3], point - state[0])
+    velocity: Floats = state[2] + cross(state[3], point - state[0])
     return velocity

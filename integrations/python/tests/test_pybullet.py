@@ -187,6 +187,22 @@ def test_shapes_meshes_and_inertia_are_kept(client):
         assert found == pytest.approx(diagonal, rel=1e-6)
 
 
+def test_a_material_of_ones_own_gives_restitution_and_density(client):
+    import clangor.pybullet as cp
+
+    floor, ball = world(client, 0.00025)
+    materials = {floor: "granite", ball: {"base": "wood", "restitution": 0.3, "density": 700.0}}
+    cp.hear_as(client, materials)
+    recorder = recorded(client, 0.00025, 0.5, materials)
+    wanted, found = (0.3 * 0.83) ** 0.5, bounces(recorder)[0]
+    print("restitution", found, "geometric mean", wanted, "+- 0.05")
+    assert found == pytest.approx(wanted, abs=0.05)
+    recorder.session()
+    path = Path(recorder._folder.name) / "run.timeline" / "timeline.json"
+    (row,) = [r for r in json.loads(path.read_text())["bodies"] if r["name"] == f"body-{ball}"]
+    assert row["material"]["density"] == 700.0
+
+
 def test_what_cannot_be_recorded_is_refused_by_name(client):
     import clangor.pybullet as cp
 

@@ -1,4 +1,4 @@
-"""Physically based sound for rigid bodies: a scene goes in, the pressure at a listener comes out, in pascals."""
+"""Physically based sound for rigid bodies: a scene goes in, the pressure [Pa] at a listener comes out."""
 
 from ._clangor import (
     Body,

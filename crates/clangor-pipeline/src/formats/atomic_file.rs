@@ -3,7 +3,7 @@
 //!
 //! A run that fails, is interrupted or is dropped half-way leaves what was there before. A power cut or
 //! `kill -9` leaves a temporary file beside the destination. It is never mistaken for the result, and the
-//! next run that writes the same output removes it ([`part`]).
+//! next run that writes the same output removes it (`part`).
 
 mod folder;
 pub(super) mod part;

@@ -1,4 +1,4 @@
-//! The numbers that are accepted, whichever file they come from: a scene, a timeline, or a list of contacts.
+//! The ranges of numbers that are accepted in scenes and in timelines.
 //!
 //! The bounds lie outside what is physical, and inside what the formulas compute without overflow.
 

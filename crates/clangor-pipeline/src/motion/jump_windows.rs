@@ -242,7 +242,8 @@ fn sum(a: &Jump, b: &Jump) -> Jump {
     }
 }
 
-/// Which frames count. A jump exceeds 1.2 q where more than a quarter of those around are below its 1/1.2.
+/// Which frames count. What a jump has over the first two terms exceeds 1.2 q where more than a quarter of
+/// the jumps around are smaller than a 1.2th of it, which needs no sorting.
 fn hits(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<bool> {
     let (jumps, g) = (&kinematics.jumps, kinematics.inertia.gravity.length());
     let is_hit = |k: usize| {

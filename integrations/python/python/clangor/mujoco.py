@@ -8,28 +8,26 @@ not heard. No contact force is computed here: restitution and duration are those
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Mapping, Sequence
-from os import PathLike
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Union
+from typing import Any
 
 import mujoco  # type: ignore[import-untyped]
 import numpy as np
 
-from . import Session, Sound
-from .impacts import Load, Touches, close_recording
-from .material_pairs import Material, warn_of_level
-from .mujoco_bodies import Bodies, State
+from .impacts import Load
+from .material_pairs import Material
+from .mujoco_bodies import Bodies
 from .mujoco_contacts import Contacts, Push
 from .mujoco_joints import Joints
 from .mujoco_restitution import hear_as
-from .recording import Floats, Impact, Recording, cross, open_session
+from .recorded_run import RecordedRun, State
+from .recording import Floats, Impact, Recording
 
 __all__ = ["Recorder", "hear_as"]
 
 
-class Recorder:
+class Recorder(RecordedRun):
     """Steps `model` and `data`, and records what is heard.
 
     `materials` maps names of bodies or geoms to presets, or to mappings with a `base`. `approach` [m/s] is
@@ -49,14 +47,12 @@ class Recorder:
             raise ValueError(f"data: qpos has shape {data.qpos.shape}, the model needs ({model.nq},)")
         self._contacts = Contacts(model)
         self.model, self.data = model, data
-        self._touches = Touches(approach, longest)
-        self._folder = tempfile.TemporaryDirectory(prefix="clangor-")
+        super().__init__(approach, longest)
         self._bodies = Bodies(model, data, materials or {}, Path(self._folder.name))
         self._material = {shape.name: shape.material for shape in self._bodies.shapes}
         self._moving = [body for body in self._bodies.bodies if body.root]
         self._mass = {body.name: body.mass for body in self._bodies.bodies}
         self._joints = Joints(self._bodies)
-        self._stopped = self._compared = False
         self._start = float(data.time)
         step = float(model.opt.timestep)
         self.recording = Recording(self._bodies.shapes, np.array(model.opt.gravity), step)
@@ -68,8 +64,7 @@ class Recorder:
 
     def step(self) -> None:
         """One `mj_step`, recorded. Errors: RuntimeError after `stop`."""
-        if self._stopped:
-            raise RuntimeError("step: the recorder was stopped")
+        self._check_running()
         m, d = self.model, self.data
         time, dt = float(d.time) - self._start, float(m.opt.timestep)
         self._bodies.read(d)
@@ -86,7 +81,7 @@ class Recorder:
         total = {name: np.zeros(3) for name in after}
         loads = [load for push in pushes for load in self._load(push, time, before, total)]
         self._touches.step(loads)
-        self._keep(self._touches.closed, after)
+        self._keep(self._touches.closed, after.get)
         rest = {n: total[n] + self._mass[n] * (m.opt.gravity * dt - change[n]) for n in total}
         if self._joints.there:
             rows, rest = self._joints.finish(time, dt, total, self.recording.gravity)
@@ -111,44 +106,8 @@ class Recorder:
         if not float(impulse @ normal) > 0.0 or a is b:
             return []
         point = push.point
-        speed = _velocity(before[a.name], point) - _velocity(before[b.name], point)
+        speed = before[a.name].velocity_at(point) - before[b.name].velocity_at(point)
         impact = Impact(time, a.name, b.name, point, normal, impulse, speed, dt)
         local = before[a.name].rotation.T @ (point - before[a.name].place)
         weight = float(np.linalg.norm(self.model.opt.gravity)) * a.mass * dt
         return [Load((a.name, b.name), impact, local, 0.5 * a.reach, weight)]
-
-    def _keep(self, impacts: list[Impact], after: dict[str, State]) -> None:
-        self.recording.impacts += impacts
-        if not impacts or self._compared:
-            return
-        first = impacts[0]
-        self._compared = True
-        ends = [_velocity(after[n], first.point) if n in after else np.zeros(3) for n in (first.a, first.b)]
-        speed = -float(first.velocity @ first.normal)
-        bounce = float((ends[0] - ends[1]) @ first.normal) / speed
-        pair = self._material[first.a], self._material[first.b]
-        warn_of_level(pair, speed, bounce, f"{first.a!r} on {first.b!r}")
-
-    def stop(self) -> None:
-        """Ends the recording: open impacts are closed, carried weight is taken off. May be repeated."""
-        if self._stopped:
-            return
-        self._stopped = True
-        close_recording(self.recording, self._touches)
-
-    def session(self, listener: Sequence[float] = (0.3, 0.3, 0.4)) -> Session:
-        """A session that renders what was recorded; `listener` is a place (3,) [m], z up."""
-        self.stop()
-        return open_session(self.recording, self._folder, listener, keep=True)
-
-    def render(
-        self, output: Union[str, PathLike[str], None] = None, listener: Sequence[float] = (0.3, 0.3, 0.4)
-    ) -> list[Sound]:
-        """The sound at `listener` [m], z up; written to `output` if it is given."""
-        self.stop()
-        return open_session(self.recording, self._folder, listener, keep=False).render(output)
-
-
-def _velocity(state: State, point: Floats) -> Floats:
-    velocity: Floats = state.velocity + cross(state.spin, point - state.place)
-    return velocity

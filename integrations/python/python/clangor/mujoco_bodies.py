@@ -18,22 +18,13 @@ import numpy as np
 
 from .material_pairs import Material, check_material
 from .mujoco_shapes import AXIS_Y_TO_Z, geom_surface, mesh_centre, union_surface
+from .recorded_run import State
 from .recording import BodyShape, Floats, cross
 
-__all__ = ["Bodies", "RigidBody", "State"]
+__all__ = ["Bodies", "RigidBody"]
 
 _CENTRE_ERROR = 1e-3
 """Largest distance of the centre of mass from that of the shape, as a share of the bounding radius."""
-
-
-@dataclass
-class State:
-    """Place [m] and rotation of the shape, velocities [m/s] of the centre of mass and [rad/s], world."""
-
-    place: Floats
-    rotation: Floats
-    velocity: Floats
-    spin: Floats
 
 
 @dataclass

@@ -11,7 +11,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from .mujoco_bodies import Bodies, State
+from .mujoco_bodies import Bodies
+from .recorded_run import State
 from .recording import Floats, Impact
 
 __all__ = ["Joints"]

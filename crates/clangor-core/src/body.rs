@@ -14,6 +14,7 @@ use glam::{DMat3, DQuat, DVec3};
 use crate::geometry::hull::extreme_hull;
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::principal_curvature::Curvature;
+use crate::geometry::sharp_place::SharpPlace;
 pub use crate::geometry::solid::MeshError;
 use crate::material::Material;
 use crate::pose::{Pose, Track};
@@ -98,6 +99,15 @@ impl Surface {
             Surface::Sphere { radius } => Curvature::isotropic(radius.recip()),
             Surface::HalfSpace | Surface::Plate { .. } => Curvature::FLAT,
             Surface::Mesh(surface) => surface.curvature_at(point_body),
+        }
+    }
+
+    /// The crease or corner within `tolerance` \[m\] of the point of the surface nearest to `point_body`
+    /// \[m, body frame\].
+    pub fn sharp_place_at(&self, point_body: DVec3, tolerance: f64) -> Option<SharpPlace> {
+        match self {
+            Surface::Sphere { .. } | Surface::HalfSpace | Surface::Plate { .. } => None,
+            Surface::Mesh(surface) => surface.sharp_place_at(point_body, tolerance),
         }
     }
 

@@ -5,6 +5,7 @@
 //! * [`mend`]: small faults of files;
 //! * [`mass_properties`], [`principal_axes`]: volume, centre of mass, inertia;
 //! * [`principal_curvature`], which sets the contact time; [`vertex_curvature`]: the same on a mesh;
+//! * [`sharp_place`]: creases and corners, where a mesh has no curvature;
 //! * [`curvature`]: mean curvature and normals at vertices;
 //! * [`surface_tree`]: nearest point, inside or outside;
 //! * [`meridian`]: the exact section of a body of revolution; [`turning`]: its surface from rings;
@@ -24,6 +25,7 @@ pub mod principal_axes;
 pub mod principal_curvature;
 pub mod refine;
 mod self_intersection;
+pub mod sharp_place;
 pub mod solid;
 pub mod surface_tree;
 pub mod topology;

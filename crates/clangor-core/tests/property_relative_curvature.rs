@@ -16,7 +16,7 @@ use proptest::prelude::*;
 /// A side with these principal curvatures [1/m], the first along `direction`, under the normal y.
 fn side(principal: [f64; 2], direction: DVec3) -> ContactSide {
     let curvature = Curvature { principal, direction }.tensor(DVec3::Y);
-    ContactSide { curvature, bounding_radius: 0.5, ..ContactSide::SURROUNDINGS }
+    ContactSide { curvature, least_curvature: 2.0, ..ContactSide::SURROUNDINGS }
 }
 
 fn between(a: ContactSide, b: ContactSide) -> RelativeCurvature {
@@ -58,12 +58,12 @@ fn directions_at_an_angle_add_as_johnson_has_it() {
 
 #[test]
 fn edges_and_sizes_bound_the_radii_and_say_so() {
-    let flat = ContactSide { bounding_radius: 0.2, ..ContactSide::SURROUNDINGS };
+    let flat = ContactSide { least_curvature: 5.0, ..ContactSide::SURROUNDINGS };
     let edge = ContactSide { edge_radius: 1e-3, ..side([1e6, 3.0], DVec3::X) };
     let within = |radii: [f64; 2], wanted: [f64; 2]| {
         radii.iter().zip(wanted).all(|(radius, wanted)| (radius / wanted - 1.0).abs() < 1e-9)
     };
-    let relative = between(edge, ContactSide { bounding_radius: f64::INFINITY, ..flat });
+    let relative = between(edge, ContactSide { least_curvature: 0.0, ..flat });
     assert!(within(relative.radii, [1.0 / 3.0, 1e-3]) && relative.range == HertzRange::Within);
     let corner = ContactSide { edge_radius: 1e-3, ..side([1e6, 4e3], DVec3::Z) };
     assert!(within(between(corner, flat).radii, [1e-3; 2]));

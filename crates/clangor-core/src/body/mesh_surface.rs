@@ -1,16 +1,17 @@
 //! A closed triangle surface about its centre of mass, with what contact and collision ask of it: the nearest
 //! point, the normal, the distance, and the curvature between the vertices.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use crate::geometry::convex::ConvexPart;
 use crate::geometry::curvature::mean_curvature;
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::principal_curvature::Curvature;
+use crate::geometry::sharp_place::SharpPlace;
 use crate::geometry::solid::{MeshError, check_solid};
 use crate::geometry::surface_tree::{NearestPoint, SurfaceTree};
 use crate::geometry::tri_mesh::TriMesh;
-use crate::geometry::vertex_curvature::principal_curvatures;
+use crate::geometry::vertex_curvature::{self, principal_curvatures};
 
 /// A closed triangle surface with the data for contact and collision.
 #[derive(Clone, Debug, PartialEq)]
@@ -90,16 +91,17 @@ impl MeshSurface {
         })
     }
 
-    /// Principal curvatures at the point of the surface nearest to `point_body`: the tensors of the vertices,
-    /// interpolated.
+    /// Principal curvatures at the point of the surface nearest to `point_body`, on its own side of any sharp
+    /// edge.
     pub fn curvature_at(&self, point_body: DVec3) -> Curvature {
         let Some(nearest) = self.tree.nearest(&self.mesh, point_body) else { return Curvature::FLAT };
-        let normal = self.tree.smooth_normal(&self.mesh, &nearest);
-        let corners = self.mesh.triangles[nearest.triangle];
-        let tensor = (0..3).fold(DMat3::ZERO, |sum, k| {
-            sum + nearest.weights[k] * self.curvature[corners[k] as usize].tensor(normal)
-        });
-        Curvature::of_tensor(tensor, normal)
+        vertex_curvature::curvature_at(&self.mesh, &self.tree, &self.curvature, &nearest)
+    }
+
+    /// The crease or corner within `tolerance` \[m\] of the point of the surface nearest to `point_body`.
+    pub fn sharp_place_at(&self, point_body: DVec3, tolerance: f64) -> Option<SharpPlace> {
+        let nearest = self.tree.nearest(&self.mesh, point_body)?;
+        self.tree.sharp_place(&self.mesh, &nearest, tolerance)
     }
 
     /// The point of the surface nearest to `point_body`; `None` without triangles.

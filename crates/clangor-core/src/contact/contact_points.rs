@@ -11,12 +11,18 @@
 use glam::DVec3;
 
 use super::impact::ContactPoint;
+use super::touching::Spread;
 use crate::timeline::ContactRow;
 
 /// Largest distance of rows of one point, over the size of the smaller body.
 const ONE_POINT: f64 = 5e-3;
 /// Least cosine between normals of one point.
 const ONE_NORMAL: f64 = 0.98;
+
+/// How the points of an impact on bodies of this size \[m\] share its contact.
+pub(super) fn spread(points: &[ContactPoint], size: f64) -> Spread {
+    Spread::of_places(points.iter().map(|point| point.place), size, ONE_POINT * size)
+}
 
 /// The points of an impact on bodies of this size \[m\], whose first row is at `time` \[s\].
 /// `velocity_before` gives the velocity of A relative to B at a place before the impact [m/s], if it is

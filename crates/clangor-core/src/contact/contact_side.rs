@@ -11,8 +11,8 @@
 use glam::{DMat3, DVec3};
 
 use super::compliant::half_space_radiation;
+use super::touching::PlacedForms;
 use crate::body::{Body, BodyId, Surface};
-use crate::geometry::principal_curvature::Curvature;
 use crate::material::{Material, ThinPlate};
 use crate::pose::Pose;
 
@@ -38,6 +38,9 @@ pub struct ContactSide {
     pub edge_radius: f64,
     /// Bounding radius \[m\]; infinite for a half-space.
     pub bounding_radius: f64,
+    /// Lower bound of the relative curvature [1/m] of a contact with this side: 1/bounding radius until
+    /// [`touching`](super::touching::touching) knows the scale of the contact.
+    pub least_curvature: f64,
     /// κ of the waves that it takes away as a half-space [s m/N]; 0 for other bodies
     /// ([`half_space_radiation`]).
     pub radiation: f64,
@@ -58,6 +61,7 @@ impl ContactSide {
         curvature: DMat3::ZERO,
         edge_radius: 0.0,
         bounding_radius: f64::INFINITY,
+        least_curvature: 0.0,
         radiation: 0.0,
         plate_mobility: 0.0,
     };
@@ -76,6 +80,7 @@ impl ContactSide {
             curvature: DMat3::ZERO,
             edge_radius: body.edge_radius,
             bounding_radius: body.surface.bounding_radius(),
+            least_curvature: body.surface.bounding_radius().recip(),
             radiation: match *body.surface {
                 Surface::HalfSpace => {
                     let Material { youngs_modulus, poisson_ratio, density, .. } = body.material;
@@ -90,8 +95,9 @@ impl ContactSide {
         }
     }
 
-    /// The same side with the curvature of `surface` at contact points [m, world]: the mean of the tensors
-    /// with these weights, which sum to 1. `normal` is the unit normal of the contact \[world\], either way.
+    /// The same side with the curvature of `surface` at contact points [m, world] under a light load: the mean
+    /// of the tensors with these weights, which sum to 1. `normal` is the unit normal of the contact
+    /// \[world\], either way. [`touching`](super::touching::touching) has those of an impact.
     #[must_use]
     pub fn touched_at(
         self,
@@ -99,11 +105,7 @@ impl ContactSide {
         normal: DVec3,
         points: impl Iterator<Item = (DVec3, f64)>,
     ) -> Self {
-        let curvature = points.fold(DMat3::ZERO, |sum, (point, weight)| {
-            let local = surface.curvature_at(self.pose.body_from_world(point));
-            let direction = self.pose.orientation * local.direction;
-            sum + weight * Curvature { direction, ..local }.tensor(normal)
-        });
+        let curvature = PlacedForms::at(&self, surface, normal, points).tensor(None);
         ContactSide { curvature, ..self }
     }
 

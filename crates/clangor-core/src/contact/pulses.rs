@@ -18,7 +18,7 @@ use glam::DVec3;
 use super::ContactError;
 use super::chain_onset::delay_chains;
 use super::contact_forces::{ForceSettings, contact_forces, recorded_contact_forces};
-use super::contact_points::contact_points;
+use super::contact_points::{contact_points, spread};
 use super::contact_side::{ContactSide, inverse_mass};
 use super::hertz::HertzRange;
 use super::impact::Impact;
@@ -28,6 +28,7 @@ use super::modal_energy::{ModesOf, no_modes};
 use super::pose_history::PoseHistory;
 use super::recorded_forces::RecordedForces;
 use super::row_checks::check_row;
+use super::touching::{Touch, touching};
 use crate::body::{Body, BodyId};
 use crate::material::PairCoefficients;
 use crate::timeline::{ContactKind, ContactRow, ForceRow};
@@ -263,13 +264,11 @@ fn pulse(
     let mean = rows.iter().map(|r| r.normal * r.impulse_n).sum::<DVec3>() / total;
     let normal = if mean.length() > LEAST_MEAN_NORMAL { mean.normalize() } else { strongest.normal };
     let point: DVec3 = rows.iter().map(|r| r.point * (r.impulse_n / total)).sum();
-    // The two sides, with curvatures weighted likewise.
+    // The two sides.
     let side = |i: usize| match pair[i] {
         Some(body) => {
-            let weighted = rows.iter().map(|r| (r.point, r.impulse_n / total));
             let side = ContactSide::of_body(ids[i], body, poses.at(ids[i], time));
-            let side = if body.motion.is_movable_at(time) { side } else { side.immovable() };
-            side.touched_at(&body.surface, normal, weighted)
+            if body.motion.is_movable_at(time) { side } else { side.immovable() }
         }
         None => ContactSide::SURROUNDINGS,
     };
@@ -283,6 +282,17 @@ fn pulse(
     let relative = |place: DVec3| velocity_of(0, place).zip(velocity_of(1, place)).map(|(a, b)| a - b);
     let sides = [side(0), side(1)];
     let size = sides[0].bounding_radius.min(sides[1].bounding_radius);
+    let points = contact_points(rows, time, size, relative);
+    // Their curvatures at the scale of the contact, weighted likewise.
+    let weighted: Vec<(DVec3, f64)> = rows.iter().map(|r| (r.point, r.impulse_n / total)).collect();
+    let touch = Touch {
+        surfaces: pair.map(|body| body.map(|body| &*body.surface)),
+        normal,
+        places: &weighted,
+        speed,
+        spread: spread(&points, size),
+    };
+    let sides = touching(sides, &touch);
     let coefficients = match pair {
         [Some(a), Some(b)] => PairCoefficients::of(&a.material, &b.material),
         [Some(one), None] | [None, Some(one)] => PairCoefficients::of(&one.material, &one.material),
@@ -297,7 +307,7 @@ fn pulse(
         speed,
         restitution: coefficients.restitution.at(speed),
         friction: coefficients.friction,
-        points: contact_points(rows, time, size, relative),
+        points,
     };
     let forces = &settings.forces;
     let own = if forces.allows_histories() { recorded.of(&impact) } else { None };

@@ -9,7 +9,8 @@
 //! * an edge or vertex of a mesh has a curvature of the order of 1/(triangle size), so each principal radius
 //!   of a body is at least its [`edge_radius`](crate::body::Body::edge_radius);
 //! * flat on flat and a cylinder on a plane have no curvature in two directions or in one, and surfaces may
-//!   bend towards each other, so R' and R'' are at most the size of the smaller body. [`HertzRange`] says so.
+//!   bend towards each other, so the curvatures are at least 2 d/L², with which the contact is as wide as the
+//!   smaller body ([`touching`](super::touching)). [`HertzRange`] says so.
 
 use glam::{DMat3, DVec3};
 
@@ -22,7 +23,7 @@ use crate::geometry::principal_curvature::PlanarTensor;
 pub struct RelativeCurvature {
     /// Principal relative radii R' ≥ R'' \[m\].
     pub radii: [f64; 2],
-    /// Whether they had to be bounded by the size of the bodies.
+    /// Whether they had to be bounded by the width of the contact.
     pub range: HertzRange,
 }
 
@@ -37,7 +38,7 @@ impl RelativeCurvature {
         let sum =
             PlanarTensor { mean: a.mean + b.mean, stretch: a.stretch + b.stretch, shear: a.shear + b.shear };
         let [first, second] = sum.principal();
-        let least = sides[0].bounding_radius.min(sides[1].bounding_radius).recip();
+        let least = sides[0].least_curvature.max(sides[1].least_curvature);
         let touches = |curvature: f64| curvature < least * (1.0 - ROUNDING);
         let range = if touches(first) {
             HertzRange::Conforming

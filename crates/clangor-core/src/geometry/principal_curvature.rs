@@ -78,6 +78,6 @@ impl PlanarTensor {
 }
 
 /// a bᵀ.
-pub(super) fn outer(a: DVec3, b: DVec3) -> DMat3 {
+pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use super::curvature::vertex_normals;
+use super::sharp_place::{JoinedMesh, SharpPlace};
 use super::topology::Topology;
 use super::tri_mesh::TriMesh;
 
@@ -218,6 +219,17 @@ impl SurfaceTree {
         let sum: DVec3 = (0..3).map(|k| nearest.weights[k] * self.vertex_normals[corners[k] as usize]).sum();
         let face = || mesh.area_vector(nearest.triangle).normalize_or(DVec3::Y);
         sum.try_normalize().unwrap_or_else(face)
+    }
+
+    /// The crease or corner within `tolerance` \[m\] of a point of the surface; `None` where it is smooth,
+    /// and for a surface that is not closed.
+    pub fn sharp_place(&self, mesh: &TriMesh, nearest: &NearestPoint, tolerance: f64) -> Option<SharpPlace> {
+        self.joined(mesh)?.sharp_place(nearest, tolerance)
+    }
+
+    /// The mesh with the neighbours of its triangles; `None` for a surface that is not closed.
+    pub(super) fn joined<'a>(&'a self, mesh: &'a TriMesh) -> Option<JoinedMesh<'a>> {
+        (!self.neighbours.is_empty()).then_some(JoinedMesh { mesh, neighbours: &self.neighbours })
     }
 
     /// The outward unit normal at the point of the surface nearest to `point`; `None` without triangles or

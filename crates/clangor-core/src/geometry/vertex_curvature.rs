@@ -19,13 +19,15 @@
 //! ```
 //!
 //! with e_k the edge opposite to vertex k: Rusinkiewicz (2004), with the gradient of linear functions for his
-//! fit to three differences. Its larger curvature is of the order of 1/(triangle size): `edge_radius` bounds
-//! it.
+//! fit to three differences. Its larger curvature is of the order of 1/(triangle size), whatever the surface.
+//! A contact at an edge or a corner therefore takes [`sharp_place`](super::sharp_place), and points between
+//! sharp vertices ([`curvature_at`]) the triangle on their own side of them.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use super::curvature::vertex_normals;
 use super::principal_curvature::{Curvature, outer};
+use super::surface_tree::{NearestPoint, SurfaceTree};
 use super::tri_mesh::TriMesh;
 
 /// Least cosine between the normals of a smooth vertex and of its faces: 30°.
@@ -56,6 +58,35 @@ pub fn principal_curvatures(mesh: &TriMesh) -> Vec<Curvature> {
             fitted.flatten().unwrap_or_else(faces)
         })
         .collect()
+}
+
+/// Curvature at a point of a surface with these curvatures at its vertices: their tensors, interpolated. A
+/// sharp vertex has none; its share is the gradient of the normals over the triangle, each of which is the
+/// mean of the triangles on this side of the creases at its vertex.
+pub fn curvature_at(
+    mesh: &TriMesh,
+    tree: &SurfaceTree,
+    vertices: &[Curvature],
+    at: &NearestPoint,
+) -> Curvature {
+    let corners = mesh.triangles[at.triangle].map(|corner| corner as usize);
+    let mut normal = tree.smooth_normal(mesh, at);
+    let mut sharp = [false; 3];
+    let mut by_triangle = DMat3::ZERO;
+    let face = mesh.area_vector(at.triangle);
+    if let (Some(joined), Some(unit)) = (tree.joined(mesh), face.try_normalize()) {
+        sharp = [0, 1, 2].map(|k| joined.is_sharp((at.triangle, k)));
+        if sharp.contains(&true) {
+            let normals = [0, 1, 2].map(|k| joined.smooth_normal((at.triangle, k)));
+            normal = (0..3).map(|k| at.weights[k] * normals[k]).sum::<DVec3>().normalize_or(unit);
+            by_triangle = normal_gradient(mesh.corners(at.triangle), unit, normals) * face.length().recip();
+        }
+    }
+    let tensor = (0..3).fold(DMat3::ZERO, |sum, k| {
+        let own = if sharp[k] { by_triangle } else { vertices[corners[k]].tensor(normal) };
+        sum + at.weights[k] * own
+    });
+    Curvature::of_tensor(tensor, normal)
 }
 
 /// The vertices that share an edge with each, in order.
@@ -144,6 +175,18 @@ fn solve(mut equations: [[f64; UNKNOWNS + 1]; UNKNOWNS]) -> Option<[f64; UNKNOWN
     Some(equations.map(|row| row[UNKNOWNS]))
 }
 
+/// Gradient of normals that are linear over a triangle with the unit normal `face`, times its area \[m\]: no
+/// division by a small one.
+pub(super) fn normal_gradient(corners: [DVec3; 3], face: DVec3, normals: [DVec3; 3]) -> DMat3 {
+    let mut gradient = DMat3::ZERO;
+    for k in 0..3 {
+        let normal = normals[k].reject_from_normalized(face);
+        let opposite = corners[(k + 2) % 3] - corners[(k + 1) % 3];
+        gradient += outer(normal, 0.5 * face.cross(opposite));
+    }
+    0.5 * (gradient + gradient.transpose())
+}
+
 /// Mean over the triangles at each vertex of the gradient of the normals, weighted by area and turned into
 /// the tangent plane of the vertex.
 fn face_tensors(mesh: &TriMesh, normals: &[DVec3]) -> Vec<DMat3> {
@@ -153,14 +196,7 @@ fn face_tensors(mesh: &TriMesh, normals: &[DVec3]) -> Vec<DMat3> {
         let corners = mesh.corners(t);
         let area = mesh.area_vector(t).length();
         let Some(face) = mesh.area_vector(t).try_normalize() else { continue };
-        // The gradient over the triangle, times its area: no division by a small one.
-        let mut gradient = DMat3::ZERO;
-        for k in 0..3 {
-            let normal = normals[triangle[k] as usize].reject_from_normalized(face);
-            let opposite = corners[(k + 2) % 3] - corners[(k + 1) % 3];
-            gradient += outer(normal, 0.5 * face.cross(opposite));
-        }
-        let gradient = 0.5 * (gradient + gradient.transpose());
+        let gradient = normal_gradient(corners, face, triangle.map(|corner| normals[corner as usize]));
         for vertex in triangle.map(|corner| corner as usize) {
             if normals[vertex] != DVec3::ZERO {
                 let turn = DMat3::from_quat(DQuat::from_rotation_arc(face, normals[vertex]));

@@ -17,12 +17,12 @@ use super::render_settings::RenderSettings;
 use super::source::SoundSource;
 pub use super::strike_error::StrikeError;
 pub use super::striker::Striker;
-use super::striker::{STRUCK, once, positive, struck_side};
+use super::striker::{STRUCK, positive, struck_side};
 use crate::acoustics::Acoustics;
 use crate::body::{Body, Motion};
 use crate::contact::{
     ContactPoint, ContactSide, ForceProfile, ForceSettings, Impact, ImpactModel, ImpactPulse, ImpactSolver,
-    PoseHistory, contact_forces, no_modes,
+    PoseHistory, Spread, Touch, contact_forces, no_modes, touching,
 };
 use crate::medium::Medium;
 use crate::pose::Pose;
@@ -137,11 +137,17 @@ fn forces_of_impulse(
         return Err(StrikeError::Duration { duration });
     }
     let normal = normal.unwrap_or(DVec3::Y);
-    let struck = struck.touched_at(&body.surface, normal, once(strike.point));
+    let touch = Touch {
+        surfaces: [Some(&*body.surface), None],
+        normal,
+        places: &[(strike.point, 1.0)],
+        speed: DEFAULT_SPEED,
+        spread: Spread::single(struck.bounding_radius),
+    };
     let impact = Impact {
         impact_id: 0,
         time: 0.0,
-        sides: [struck, ContactSide::SURROUNDINGS],
+        sides: touching([struck, ContactSide::SURROUNDINGS], &touch),
         point: strike.point,
         normal,
         speed: DEFAULT_SPEED,

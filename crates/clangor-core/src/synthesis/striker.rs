@@ -10,7 +10,9 @@ use glam::DVec3;
 use super::modal::ModalSource;
 use super::strike_error::StrikeError;
 use crate::body::{Body, BodyId, Surface};
-use crate::contact::{ContactSide, ForceSettings, Impact, ImpactPulse, ImpactSolver, contact_forces};
+use crate::contact::{
+    ContactSide, ForceSettings, Impact, ImpactPulse, ImpactSolver, Spread, Touch, contact_forces, touching,
+};
 use crate::material::{Material, PairCoefficients};
 use crate::pose::Pose;
 
@@ -75,10 +77,17 @@ impl Striker {
         // The ball touches the body at the point.
         let ball = Body::sphere("striker", self.material.clone(), self.radius);
         let pose = Pose::at(point + self.radius * outward);
-        let side = ContactSide::of_body(STRIKER, &ball, pose).touched_at(&ball.surface, outward, once(point));
-        let struck = struck.touched_at(&body.surface, outward, once(point));
+        let side = ContactSide::of_body(STRIKER, &ball, pose);
+        let touch = Touch {
+            surfaces: [Some(&*body.surface), Some(&*ball.surface)],
+            normal: outward,
+            places: &[(point, 1.0)],
+            speed: self.speed,
+            spread: Spread::single(self.radius.min(struck.bounding_radius)),
+        };
+        let sides = touching([struck, side], &touch);
         let restitution = PairCoefficients::of(&body.material, &self.material).restitution.at(self.speed);
-        let impact = Impact::with_restitution([struck, side], point, -outward, self.speed, restitution);
+        let impact = Impact::with_restitution(sides, point, -outward, self.speed, restitution);
         let modes_of = |id: BodyId, points: &[(DVec3, DVec3)]| {
             modes.filter(|_| id == STRUCK).map(|modes| modes.at_contact(points))
         };
@@ -109,11 +118,6 @@ pub(super) fn struck_side(body: &Body, point: DVec3) -> Result<ContactSide, Stri
         return Err(StrikeError::OffSurface { point, distance, bounding });
     }
     Ok(ContactSide::of_body(STRUCK, body, body.pose))
-}
-
-/// A contact at one point.
-pub(super) fn once(point: DVec3) -> impl Iterator<Item = (DVec3, f64)> {
-    std::iter::once((point, 1.0))
 }
 
 pub(super) fn positive(x: f64) -> bool {

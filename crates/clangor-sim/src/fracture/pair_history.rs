@@ -12,7 +12,8 @@
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::{
-    ContactSide, GroupContact, GroupImpact, GroupMember, GroupSolver, ImpactPulse, LoadHistory, no_modes,
+    ContactSide, GroupContact, GroupImpact, GroupMember, GroupSolver, ImpactPulse, LoadHistory, Spread,
+    Touch, no_modes, touching,
 };
 use clangor_core::pose::Pose;
 use glam::DVec3;
@@ -29,15 +30,19 @@ pub(super) fn pair_histories(
     let ids = impact.ids()?;
     let member = |i: usize| member(ids[i], impact.bodies[i], impact);
     let members = [member(0), member(1)];
-    let weighted = || impact.rows.iter().map(|row| (row.point, row.impulse_n));
-    let total: f64 = weighted().map(|(_, weight)| weight).sum();
-    let sides = [0, 1].map(|i| match impact.bodies[i] {
-        Some(body) => {
-            let points = weighted().map(|(point, weight)| (point, weight / total));
-            members[i].side.touched_at(&body.surface, pulse.normal, points)
-        }
-        None => members[i].side,
-    });
+    let total: f64 = impact.rows.iter().map(|row| row.impulse_n).sum();
+    let weighted: Vec<(DVec3, f64)> =
+        impact.rows.iter().map(|row| (row.point, row.impulse_n / total)).collect();
+    let sides = members.map(|member| member.side);
+    let size = sides[0].bounding_radius.min(sides[1].bounding_radius);
+    let touch = Touch {
+        surfaces: impact.bodies.map(|body| body.map(|body| &*body.surface)),
+        normal: pulse.normal,
+        places: &weighted,
+        speed: pulse.speed,
+        spread: Spread::of_places(pulse.points.iter().map(|(place, _)| *place), size, 0.0),
+    };
+    let sides = touching(sides, &touch);
     let velocity = |i: usize, place: DVec3| {
         let GroupMember { side, velocity, angular_velocity } = members[i];
         velocity + angular_velocity.cross(place - side.pose.position)

@@ -17,7 +17,7 @@
 //! restitution is that of whole bodies, in which vibration counts.
 
 use clangor_core::body::BodyId;
-use clangor_core::contact::{ContactSide, GroupContact, GroupImpact, GroupMember};
+use clangor_core::contact::{ContactSide, GroupContact, GroupImpact, GroupMember, Spread, Touch, touching};
 use glam::DVec3;
 
 use super::collision_block::{Actor, Block, BlockPoint, ELASTIC_HITS, TOGETHER, TOUCHING};
@@ -69,8 +69,12 @@ impl Block {
         let Some(compliance) = &mut scene.compliance else { return };
         let points = self.touching(scene.pairs, group, (reach, compliance.sides));
         let fastest = points.iter().map(PointOfPair::approach).fold(0.0, f64::max);
-        let contacts: Vec<GroupContact> =
-            points.iter().map(|point| self.contact(point, fastest, scene.pairs, compliance.sides)).collect();
+        let contact = |point: &PointOfPair<'_>| {
+            let places = points.iter().filter(|other| other.actors == point.actors).map(|other| other.place);
+            let spread = self.spread(point, places, compliance.sides);
+            self.contact(point, (fastest, spread), scene.pairs, compliance.sides)
+        };
+        let contacts: Vec<GroupContact> = points.iter().map(contact).collect();
         let member = |actor: &Actor| GroupMember {
             side: actor.side(compliance.sides),
             velocity: actor.now.velocity,
@@ -159,12 +163,14 @@ impl Block {
         for &index in group {
             let pair = &scene.pairs[index];
             let slowest = compliance.modes.v_min.max(rest_speed(&pair.coefficients.restitution, &scene.step));
-            let touching = self
+            let meeting: Vec<PointOfPair<'_>> = self
                 .points_of(index, pair)
-                .filter(|at| at.approach() > slowest && at.point.gap <= TOUCHING + TOGETHER * at.approach());
-            let fastest = touching.max_by(|a, b| a.approach().total_cmp(&b.approach()));
+                .filter(|at| at.approach() > slowest && at.point.gap <= TOUCHING + TOGETHER * at.approach())
+                .collect();
+            let fastest = meeting.iter().max_by(|a, b| a.approach().total_cmp(&b.approach()));
             let Some(fastest) = fastest else { continue };
-            let contact = self.contact(&fastest, fastest.approach(), scene.pairs, compliance.sides);
+            let spread = self.spread(fastest, meeting.iter().map(|at| at.place), compliance.sides);
+            let contact = self.contact(fastest, (fastest.approach(), spread), scene.pairs, compliance.sides);
             if solved(pair, &contact) {
                 let closed = HORIZON * contact.duration() * contact.approach;
                 reach = Some(reach.map_or(closed, |reach| reach.max(closed)));
@@ -234,25 +240,39 @@ impl Block {
         points
     }
 
+    /// How the points of the pair of a point share its contact.
+    fn spread(
+        &self,
+        at: &PointOfPair<'_>,
+        places: impl Iterator<Item = DVec3> + Clone,
+        sides: &[BodySide],
+    ) -> Spread {
+        let [a, b] = at.actors.map(|actor| sides[self.actors[actor].body].side.bounding_radius);
+        let size = a.min(b);
+        Spread::of_places(places, size, ONE_PLACE * size)
+    }
+
     /// A contact of a group whose fastest approach is `fastest` [m/s]: about as fast a contact meets that is
     /// pushed through others.
     fn contact(
         &self,
         at: &PointOfPair<'_>,
-        fastest: f64,
+        (fastest, spread): (f64, Spread),
         pairs: &[Pair],
         sides: &[BodySide],
     ) -> GroupContact {
         let meeting = if at.approach() > 0.0 { at.approach() } else { fastest };
         let coefficients = &pairs[at.pair].coefficients;
-        let place = std::iter::once((at.place, 1.0));
+        let touch = Touch {
+            surfaces: at.actors.map(|actor| Some(&*sides[self.actors[actor].body].surface)),
+            normal: at.normal,
+            places: &[(at.place, 1.0)],
+            speed: meeting,
+            spread,
+        };
         GroupContact {
             members: at.actors,
-            sides: at.actors.map(|actor| {
-                let actor = &self.actors[actor];
-                let surface = &sides[actor.body].surface;
-                actor.side(sides).touched_at(surface, at.normal, place.clone())
-            }),
+            sides: touching(at.actors.map(|actor| self.actors[actor].side(sides)), &touch),
             place: at.place,
             normal: at.normal,
             gap: at.point.gap,

@@ -22,23 +22,20 @@ fn body(shape: &str) -> Body {
 /// its width had to be bounded.
 fn landing(body: &Body, turn: DQuat, points: &[DVec3]) -> (HertzContact, HertzRange) {
     let pose = Pose { position: DVec3::new(0.2, -0.1, 0.3), orientation: turn };
-    let weight = 1.0 / points.len() as f64;
-    let places: Vec<(DVec3, f64)> =
-        points.iter().map(|point| (pose.world_from_body(*point), weight)).collect();
+    let places: Vec<DVec3> = points.iter().map(|point| pose.world_from_body(*point)).collect();
     let size = body.surface.bounding_radius();
     let touch = Touch {
         surfaces: [Some(&*body.surface), None],
         normal: DVec3::Y,
-        places: &places,
+        place: places[0],
         speed: SPEED,
-        spread: Spread::of_places(places.iter().map(|(place, _)| *place), size, 0.0),
+        spread: Spread::of_places(places.iter().copied(), size, 0.0),
     };
     let side = ContactSide::of_body(BodyId(0), body, pose);
     let sides = touching([side, ContactSide::SURROUNDINGS], &touch);
     let RelativeCurvature { radii, range } = RelativeCurvature::between(&sides, DVec3::Y);
-    let middle = places.iter().map(|(place, weight)| *place * *weight).sum();
     let contact = HertzContact {
-        inverse_mass: sides[0].inverse_effective_mass(middle, DVec3::Y) * points.len() as f64,
+        inverse_mass: sides[0].inverse_effective_mass(places[0], DVec3::Y) * points.len() as f64,
         relative_radii: radii,
         compliance: sides[0].compliance,
         speed: SPEED,

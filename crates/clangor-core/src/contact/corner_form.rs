@@ -38,22 +38,24 @@ const CLOSER: i32 = 10;
 /// edge of the corner.
 const ON_EDGE: f64 = 1e-9;
 
+/// Least cosine between the normals of triangles of one face: 6°.
+const ONE_FACE: f64 = 0.9945;
+
 impl CornerForm {
-    /// Of faces with these outward unit normals at a contact with the unit normal `normal`, outward too, and
-    /// edges with a rounding \[m\].
+    /// Of faces with these outward unit normals, in their order around the corner, at a contact with the
+    /// outward unit `normal`; its edges have a rounding \[m\].
     pub(super) fn new(faces: &[DVec3], normal: DVec3, rounding: f64) -> Self {
         let (u, v) = normal.any_orthonormal_pair();
         let mut angles: Vec<f64> = (0..DIRECTIONS).map(|i| TAU * i as f64 / DIRECTIONS as f64).collect();
         let at = |angle: f64| u * angle.cos() + v * angle.sin();
+        let faces = &distinct(faces)[..];
         for (index, one) in faces.iter().enumerate() {
-            for other in &faces[index + 1..] {
-                let line = one.cross(*other);
-                for line in [line, -line] {
-                    let angle = line.dot(v).atan2(line.dot(u));
-                    let along = slope(&[*one, *other], normal, at(angle));
-                    if slope(faces, normal, at(angle)) > along + ON_EDGE {
-                        continue;
-                    }
+            let other = faces[(index + 1) % faces.len()];
+            let line = one.cross(other);
+            for line in [line, -line] {
+                let angle = line.dot(v).atan2(line.dot(u));
+                let along = slope(&[*one, other], normal, at(angle));
+                if slope(faces, normal, at(angle)) <= along + ON_EDGE {
                     let closer = (0..CLOSER).map(|k| TAU / DIRECTIONS as f64 * 0.5_f64.powi(k));
                     angles.push(angle.rem_euclid(TAU));
                     angles.extend(
@@ -101,6 +103,20 @@ impl CornerForm {
         let inverse = central.inverse() * (2.0 * scale.approach);
         inverse.is_finite().then_some(inverse)
     }
+}
+
+/// The faces without those that hardly differ from the one before, as the triangles of one face.
+fn distinct(faces: &[DVec3]) -> Vec<DVec3> {
+    let mut kept: Vec<DVec3> = Vec::with_capacity(faces.len());
+    for face in faces {
+        if kept.last().is_none_or(|last| last.dot(*face) < ONE_FACE) {
+            kept.push(*face);
+        }
+    }
+    if kept.len() > 1 && kept[0].dot(kept[kept.len() - 1]) >= ONE_FACE {
+        kept.pop();
+    }
+    kept
 }
 
 /// a aᵀ.

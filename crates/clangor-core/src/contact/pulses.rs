@@ -18,7 +18,7 @@ use glam::DVec3;
 use super::ContactError;
 use super::chain_onset::delay_chains;
 use super::contact_forces::{ForceSettings, contact_forces, recorded_contact_forces};
-use super::contact_points::{contact_points, spread};
+use super::contact_points::{contact_points, joined, spread};
 use super::contact_side::{ContactSide, inverse_mass};
 use super::hertz::HertzRange;
 use super::impact::Impact;
@@ -28,7 +28,7 @@ use super::modal_energy::{ModesOf, no_modes};
 use super::pose_history::PoseHistory;
 use super::recorded_forces::RecordedForces;
 use super::row_checks::check_row;
-use super::touching::{Touch, touching};
+use super::touching::{Spread, Touch, touching};
 use crate::body::{Body, BodyId};
 use crate::material::PairCoefficients;
 use crate::timeline::{ContactKind, ContactRow, ForceRow};
@@ -282,17 +282,21 @@ fn pulse(
     let relative = |place: DVec3| velocity_of(0, place).zip(velocity_of(1, place)).map(|(a, b)| a - b);
     let sides = [side(0), side(1)];
     let size = sides[0].bounding_radius.min(sides[1].bounding_radius);
-    let points = contact_points(rows, time, size, relative);
-    // Their curvatures at the scale of the contact, weighted likewise.
-    let weighted: Vec<(DVec3, f64)> = rows.iter().map(|r| (r.point, r.impulse_n / total)).collect();
-    let touch = Touch {
+    // Their curvatures at the scale of the contact, at its strongest point.
+    let one = Touch {
         surfaces: pair.map(|body| body.map(|body| &*body.surface)),
         normal,
-        places: &weighted,
+        place: strongest.point,
         speed,
-        spread: spread(&points, size),
+        spread: Spread::single(size),
     };
-    let sides = touching(sides, &touch);
+    let mut touched = touching(sides, &one);
+    let mut points = contact_points(rows, time, size, relative);
+    if let (true, Some(approach)) = (points.len() > 1, one.largest_approach(&touched)) {
+        points = joined(points, &touched, approach);
+        touched = touching(sides, &Touch { spread: spread(&points, size, approach), ..one });
+    }
+    let sides = touched;
     let coefficients = match pair {
         [Some(a), Some(b)] => PairCoefficients::of(&a.material, &b.material),
         [Some(one), None] | [None, Some(one)] => PairCoefficients::of(&one.material, &one.material),

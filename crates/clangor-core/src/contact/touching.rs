@@ -28,8 +28,8 @@ pub struct Touch<'a> {
     pub surfaces: [Option<&'a Surface>; 2],
     /// Unit normal \[world\].
     pub normal: DVec3,
-    /// Places [m, world] over which the form is averaged, with weights that sum to 1.
-    pub places: &'a [(DVec3, f64)],
+    /// Place \[m, world\].
+    pub place: DVec3,
     /// Approach speed [m/s].
     pub speed: f64,
     /// How the points of the contact share it.
@@ -73,10 +73,28 @@ impl Spread {
     }
 }
 
+impl Touch<'_> {
+    /// Largest approach d_m \[m\] of two sides at each point; `None` where it is not finite.
+    pub(super) fn largest_approach(&self, sides: &[ContactSide; 2]) -> Option<f64> {
+        let inverse = |side: &ContactSide| side.inverse_effective_mass(self.place, self.normal);
+        let contact = HertzContact {
+            inverse_mass: sides.iter().map(inverse).sum::<f64>() * self.spread.points as f64,
+            relative_radii: RelativeCurvature::between(sides, self.normal).radii,
+            compliance: sides.iter().map(|side| side.compliance).sum(),
+            speed: self.speed,
+        };
+        Some(contact.largest_approach()).filter(|approach| *approach > 0.0 && approach.is_finite())
+    }
+}
+
 /// The two sides with the curvatures that they have at the scale of the contact. Without a finite approach,
 /// as between bodies that do not move, those of the lightest contact.
 pub fn touching(sides: [ContactSide; 2], touch: &Touch<'_>) -> [ContactSide; 2] {
-    let forms = [0, 1].map(|i| touch.surfaces[i].map(|surface| PlacedForms::new(&sides[i], surface, touch)));
+    let form = |i: usize| {
+        let place = std::iter::once((touch.place, 1.0));
+        touch.surfaces[i].map(|surface| PlacedForms::at(&sides[i], surface, touch.normal, place))
+    };
+    let forms = [form(0), form(1)];
     let at = |scale: Option<ContactScale>| {
         [0, 1].map(|i| {
             let least = scale.map_or(sides[i].least_curvature, ContactScale::least_curvature);
@@ -84,22 +102,11 @@ pub fn touching(sides: [ContactSide; 2], touch: &Touch<'_>) -> [ContactSide; 2] 
             ContactSide { curvature, least_curvature: least, ..sides[i] }
         })
     };
-    let middle: DVec3 = touch.places.iter().map(|(place, weight)| *place * *weight).sum();
-    let inverse_mass: f64 = sides.iter().map(|side| side.inverse_effective_mass(middle, touch.normal)).sum();
-    let approach = |sides: &[ContactSide; 2]| {
-        let contact = HertzContact {
-            inverse_mass: inverse_mass * touch.spread.points as f64,
-            relative_radii: RelativeCurvature::between(sides, touch.normal).radii,
-            compliance: sides.iter().map(|side| side.compliance).sum(),
-            speed: touch.speed,
-        };
-        Some(contact.largest_approach()).filter(|approach| *approach > 0.0 && approach.is_finite())
-    };
     let mut settled = at(None);
-    let Some(mut reached) = approach(&settled) else { return settled };
+    let Some(mut reached) = touch.largest_approach(&settled) else { return settled };
     for _ in 0..MOST_STEPS {
         settled = at(Some(ContactScale { approach: reached, reach: touch.spread.reach }));
-        let Some(next) = approach(&settled) else { return at(None) };
+        let Some(next) = touch.largest_approach(&settled) else { return at(None) };
         let change = (next / reached - 1.0).abs();
         reached = next;
         if change < SETTLED {
@@ -117,10 +124,6 @@ pub(super) struct PlacedForms {
 }
 
 impl PlacedForms {
-    fn new(side: &ContactSide, surface: &Surface, touch: &Touch<'_>) -> Self {
-        PlacedForms::at(side, surface, touch.normal, touch.places.iter().copied())
-    }
-
     /// Of a body at places [m, world] with weights.
     pub(super) fn at(
         side: &ContactSide,

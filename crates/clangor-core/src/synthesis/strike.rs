@@ -140,7 +140,7 @@ fn forces_of_impulse(
     let touch = Touch {
         surfaces: [Some(&*body.surface), None],
         normal,
-        places: &[(strike.point, 1.0)],
+        place: strike.point,
         speed: DEFAULT_SPEED,
         spread: Spread::single(struck.bounding_radius),
     };

@@ -81,7 +81,7 @@ impl Striker {
         let touch = Touch {
             surfaces: [Some(&*body.surface), Some(&*ball.surface)],
             normal: outward,
-            places: &[(point, 1.0)],
+            place: point,
             speed: self.speed,
             spread: Spread::single(self.radius.min(struck.bounding_radius)),
         };

@@ -24,6 +24,11 @@ use super::kinematics::{Jump, Kinematics};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
+/// Frames on both sides that have the same force as a frame of lasting contact, the largest ratio of their jumps,
+/// and the longest time of these frames \[s\].
+const ALIKE: usize = 2;
+const ALIKE_SIZE: f64 = 2.0;
+const LASTING: f64 = 0.01;
 /// Mean speed in the first frame, over that of free fall, from which a body is not supported there.
 const MOVES: f64 = 0.05;
 /// Cosine between two jumps from which they are one.
@@ -257,7 +262,24 @@ fn hits(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<bool> {
         let around = jumps.get(low..high).unwrap_or_default();
         around.is_empty() || around.iter().filter(|jump| jump.size < excess).count() > around.len() / 4
     };
-    (0..jumps.len()).map(is_hit).collect()
+    (0..jumps.len()).map(|k| is_hit(k) && !is_lasting(jumps, k)).collect()
+}
+
+/// Whether a jump is one of five in a row that are alike, within 10 ms: a force that lasts, as under a body that
+/// rolls or spins. An impact at this rate is over within two frames.
+fn is_lasting(jumps: &[Jump], k: usize) -> bool {
+    let Some(around) = k.checked_sub(ALIKE).and_then(|first| jumps.get(first..=k + ALIKE)) else {
+        return false;
+    };
+    let own = jumps[k];
+    let length: f64 = around.iter().map(|jump| jump.span).sum();
+    let is_alike = |jump: &Jump| {
+        let size = jump.velocity.length();
+        let ratio = size / own.velocity.length();
+        (ALIKE_SIZE.recip()..ALIKE_SIZE).contains(&ratio)
+            && jump.velocity.dot(own.velocity) > SAME_DIRECTION * size * own.velocity.length()
+    };
+    length <= LASTING && around.iter().all(is_alike)
 }
 
 /// Jump from which a frame counts where nothing supports the body [m/s]; `fall` is g h [m/s].

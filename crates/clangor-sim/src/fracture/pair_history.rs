@@ -30,15 +30,13 @@ pub(super) fn pair_histories(
     let ids = impact.ids()?;
     let member = |i: usize| member(ids[i], impact.bodies[i], impact);
     let members = [member(0), member(1)];
-    let total: f64 = impact.rows.iter().map(|row| row.impulse_n).sum();
-    let weighted: Vec<(DVec3, f64)> =
-        impact.rows.iter().map(|row| (row.point, row.impulse_n / total)).collect();
+    let strongest = impact.rows.iter().max_by(|a, b| a.impulse_n.total_cmp(&b.impulse_n))?;
     let sides = members.map(|member| member.side);
     let size = sides[0].bounding_radius.min(sides[1].bounding_radius);
     let touch = Touch {
         surfaces: impact.bodies.map(|body| body.map(|body| &*body.surface)),
         normal: pulse.normal,
-        places: &weighted,
+        place: strongest.point,
         speed: pulse.speed,
         spread: Spread::of_places(pulse.points.iter().map(|(place, _)| *place), size, 0.0),
     };

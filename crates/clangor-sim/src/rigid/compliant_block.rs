@@ -266,7 +266,7 @@ impl Block {
         let touch = Touch {
             surfaces: at.actors.map(|actor| Some(&*sides[self.actors[actor].body].surface)),
             normal: at.normal,
-            places: &[(at.place, 1.0)],
+            place: at.place,
             speed: meeting,
             spread,
         };

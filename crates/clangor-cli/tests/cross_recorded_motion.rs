@@ -256,8 +256,9 @@ fn cross_most_energy_of_bowls_and_balls_is_found_at_120_hz() {
 fn cross_most_energy_of_rattling_coins_is_found() {
     let folder = tempfile::tempdir().unwrap();
     exported_and_imported(folder.path(), "coins", "", &["120", "1000"]);
-    // Seen: 0.984 and 0.961; 1.0000 and 0.9995.
-    assert!(shares(folder.path(), "120")[0] > 0.98);
+    // Seen: 0.969, where one impact of a body in a frame has 0.960; 0.9994 and 0.9901.
+    let own = hits(&read(folder.path(), "own.timeline"));
+    assert!(shares(folder.path(), "120")[0] > strongest_of_frames(&own, 120.0).min(0.98));
     assert!(shares(folder.path(), "1000")[1] > 0.96);
 }
 
@@ -276,12 +277,9 @@ fn cross_the_table_of_the_guide() {
         let path = folder.path();
         exported_and_imported(path, scene, planes, &["24", "120", "1000"]);
         let [_, coarse, fine] = ["24", "120", "1000"].map(|rate| score(path, rate));
-        // Seen: 0.98 and more; coins in a mug 0.924, where one impact of a body in a frame has 0.88.
-        assert!(
-            coarse.energy > if scene == "mug-and-coin" { 0.9 } else { 0.98 },
-            "{scene}: {}",
-            coarse.energy
-        );
+        // Seen: 0.98 and more, but 0.969 for coins, 0.931 in a mug: more than one impact of a body in a frame.
+        let least = strongest_of_frames(&hits(&read(path, "own.timeline")), 120.0).min(0.98);
+        assert!(coarse.energy > least, "{scene}: {}", coarse.energy);
         // Seen: 0.9978 and more.
         assert!(fine.energy > 0.98, "{scene}: {}", fine.energy);
         let sound = |name: &str| {

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use clangor_core::material::PairCoefficients;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
-use super::{Event, MotionImpacts, Scene};
+use super::super::impulse_fit::FitBody;
+use super::{Event, Member, MotionImpacts, Scene};
 
 /// Smallest share of the largest impulse of a pair that is a row.
 const SMALLEST_SHARE: f64 = 1e-4;
@@ -30,15 +32,21 @@ impl Event {
                 .collect();
             let sizes = pair.map(|place| scene.surfaces[self.members[place].body.index()].radius);
             let pushes = self.merged(&pushing, MERGED * sizes[0].min(sizes[1]));
-            if pushes.is_empty() {
-                continue;
-            }
+            let strongest = pushes.iter().max_by(|a, b| a.normal_impulse().total_cmp(&b.normal_impulse()));
+            let Some(strongest) = strongest.copied() else { continue };
             let velocity = |point: DVec3| a.state.velocity_at(point) - b.state.velocity_at(point);
             let approach = |push: &Push| -velocity(push.point).dot(push.normal);
-            let speed = pushes.iter().map(approach).fold(0.0, f64::max);
+            let mut speed = pushes.iter().map(approach).fold(0.0, f64::max);
             // The velocity of a supported body is uncertain by what gravity adds in a frame.
             let fall = scene.world.gravity.length() * a.window.or(b.window).map_or(0.0, |window| window.span);
             let least = if a.is_supported && b.is_supported { v_min + fall } else { v_min };
+            // At a wrong instant the place of a turning body may recede: its impulse says how fast it met.
+            let needed = scene.approach_of(&strongest, [&a, &b]);
+            let uncertain = scene.uncertain_speed(&a).max(scene.uncertain_speed(&b));
+            let is_missed = speed < least && needed >= least && approach(&strongest) + uncertain >= least;
+            if is_missed {
+                speed = needed;
+            }
             let is_impact = speed >= least;
             let impact_id = if is_impact { *next_id } else { 0 };
             if is_impact {
@@ -47,6 +55,10 @@ impl Event {
                 found.confidence.insert(impact_id, (1.0 - self.residual).clamp(0.0, 1.0));
             }
             found.contacts.extend(pushes.into_iter().map(|Push { point, normal, impulse, gap }| {
+                let mut relative = velocity(point);
+                if is_missed && point == strongest.point {
+                    relative -= normal * (relative.dot(normal) + speed);
+                }
                 ContactRow {
                     time: self.time,
                     body_a: a.body,
@@ -57,7 +69,7 @@ impl Event {
                     impulse_n: impulse.dot(normal),
                     impulse_t: impulse - normal * impulse.dot(normal),
                     couple: DVec3::ZERO,
-                    velocity: velocity(point),
+                    velocity: relative,
                     depth: -gap,
                     impact_id,
                 }
@@ -105,7 +117,35 @@ impl Event {
     }
 }
 
+impl Push {
+    fn normal_impulse(&self) -> f64 {
+        self.impulse.dot(self.normal)
+    }
+}
+
+impl Scene<'_> {
+    /// Approach speed of two bodies that an impulse drives apart with the restitution of their materials [m/s].
+    fn approach_of(&self, push: &Push, pair: [&Member; 2]) -> f64 {
+        let inverse_mass = |member: &Member| {
+            let FitBody { inverse_mass, inverse_inertia, centre, .. } = member.fit;
+            let turning = (push.point - centre).cross(push.normal);
+            if inverse_mass > 0.0 { inverse_mass + turning.dot(inverse_inertia * turning) } else { 0.0 }
+        };
+        let change = push.normal_impulse() * (inverse_mass(pair[0]) + inverse_mass(pair[1]));
+        let [a, b] = pair.map(|member| &self.world.bodies[member.body.index()].material);
+        change / (1.0 + PairCoefficients::of(a, b).restitution.at(change))
+    }
+
+    /// What the velocity of a place of a turning body changes by in a frame, h ω² R [m/s].
+    fn uncertain_speed(&self, member: &Member) -> f64 {
+        let Some(window) = member.window else { return 0.0 };
+        let radius = self.surfaces[member.body.index()].radius;
+        window.span * member.state.angular_velocity.length_squared() * radius
+    }
+}
+
 /// The impulse of one contact.
+#[derive(Clone, Copy)]
 struct Push {
     point: DVec3,
     normal: DVec3,

@@ -280,9 +280,12 @@ export class Controls {
     element('wake').hidden = this.sound.on;
   }
 
-  /** Turns the sound on; browsers require a gesture, and say which they take for one. */
-  wake() {
-    if (this.sound.on || navigator.userActivation?.isActive === false) return;
+  /**
+   * Turns the sound on; browsers require a gesture.
+   * @param {boolean} allowed whether the browser takes the present event for one
+   */
+  wake(allowed = navigator.userActivation?.isActive !== false) {
+    if (this.sound.on || !allowed) return;
     this.waking = true;
     if (!this.sound.starting) this.answers = true;
     this.sound
@@ -420,10 +423,7 @@ export class Controls {
     return {
       listenFrom: (index) => this.listenFrom(String(index)),
       throwBall: (body, velocity) => stage.throwBall(body, velocity.toArray()),
-      drop: (place) => {
-        place.y = Math.max(place.y, picture.planes.floorHeight + 1.05 * stage.drop.radius);
-        stage.dropAt(place.toArray());
-      },
+      drop: (place) => stage.dropAt(place.toArray()),
       strike: ({ object, point }) => stage.strike(object, point),
       moveListener: (index, place) => {
         listeners.move(index, place);

@@ -58,6 +58,9 @@ function openPicture() {
 }
 
 async function open() {
+  // A gesture while the page is still loading counts.
+  let tapped = false;
+  for (const kind of ['pointerup', 'keydown']) addEventListener(kind, () => (tapped = true), { once: true });
   const module = await loadModule();
   const world = new World(module);
   const sound = new Sound(module);
@@ -119,8 +122,7 @@ async function open() {
   });
   const wanted = PRESETS.find((preset) => preset.id === location.hash.slice(1));
   await controls.choose(wanted ?? PRESETS[0]);
-  // A tap while the page was loading counts.
-  if (navigator.userActivation?.hasBeenActive) controls.wake();
+  if (tapped) controls.wake(true);
   requestAnimationFrame(draw);
 }
 

@@ -13,6 +13,9 @@ import { ModuleError } from './wasm-instance.js';
 /** Velocity of a throw without direction [m/s]. */
 const TOSS = 2.4;
 
+/** Distance of a new ball's centre from walls, in radii. */
+const CLEARANCE = 1.2;
+
 /** Keys of objects beside the bodies of a world go down from here; −1 is the world itself. */
 const FIRST_KEY = -2;
 
@@ -180,13 +183,19 @@ export class Stage extends EventTarget {
     );
   }
 
-  /** @param {number[]} place [m] */
-  dropAt([x, y, z]) {
+  /** Drops a ball as near to a place as the scene allows. @param {number[]} place [m] */
+  dropAt(place) {
     // Loaded objects are not bodies of the world: balls would fall through them.
     if (this.transport.finished || this.objects.length > 0) return;
     this.transport.goLive();
     this.actions += 1;
     const { radius } = this.drop;
+    const { low, high } = this.preset.extent(this.box);
+    const room = CLEARANCE * radius;
+    const [x, y, z] = place.map((value, axis) => {
+      const most = axis === 1 ? this.ceiling() : Math.max(low[axis] + room, high[axis] - room);
+      return Math.min(most, Math.max(low[axis] + room, value));
+    });
     this.world.add(this.materialIndex(this.drop.material), radius, [x, y, z], [0, 0, 0]);
   }
 
@@ -208,7 +217,7 @@ export class Stage extends EventTarget {
   /** Largest height of a ball in a closed scene [m]. */
   ceiling() {
     const lid = this.world.bodies.find((body) => body.plane && body.normal[1] < -0.999);
-    return lid ? -lid.distance - 1.2 * this.drop.radius : Infinity;
+    return lid ? -lid.distance - CLEARANCE * this.drop.radius : Infinity;
   }
 
   /** @param {number} body @param {number[]} velocity [m/s] */
@@ -275,7 +284,8 @@ export class Stage extends EventTarget {
     if (driver !== 'sound' || offset === null) return;
     const later = [];
     for (const impact of this.unplaced) {
-      const time = impact.events[EVENT.time] - offset;
+      // An impact in the gesture that starts the sound comes before the first step of the world.
+      const time = Math.max(0, impact.events[EVENT.time] - offset);
       if (time > reached) later.push(impact);
       else this.remember(impact, time);
     }

@@ -2,6 +2,9 @@
 
 import { PerspectiveCamera, Vector3 } from 'three';
 
+/** Least free part of the window that the scene is scaled to; what is smaller shows nothing. */
+const LEAST_FREE = 0.1;
+
 /** Angles in degrees.
  * @typedef {{ target: number[], distance: number, azimuth: number, elevation: number }} View */
 
@@ -33,7 +36,10 @@ export class OrbitCamera {
    * @param {{ top: number, right: number, bottom: number, left: number }} covered at its edges
    */
   resize(width, height, covered) {
-    const free = [width - covered.left - covered.right, height - covered.top - covered.bottom];
+    const least = LEAST_FREE * Math.min(width, height);
+    const free = [width - covered.left - covered.right, height - covered.top - covered.bottom].map((size) =>
+      Math.max(least, size),
+    );
     // The scene is centred in the free area and scaled to it.
     const across = (covered.left - covered.right) / 2;
     const down = (covered.top - covered.bottom) / 2;

@@ -396,7 +396,8 @@ export class Controls {
     const { start, end } = transport.history;
     const before = Math.min(0, time - end);
     const scrub = element('scrub');
-    scrub.min = Math.max(-KEPT, start - end).toFixed(2);
+    // Of a length even at the beginning, so that its knob is at the end.
+    scrub.min = Math.min(-0.1, Math.max(-KEPT, start - end)).toFixed(2);
     const live = transport.mode === 'live';
     if (document.activeElement !== scrub || transport.mode !== 'paused') {
       scrub.value = live ? 0 : before;

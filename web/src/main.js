@@ -91,7 +91,7 @@ async function open() {
     listeners.floorHeight = picture.planes.floorHeight;
   });
   stage.addEventListener('scene', () => {
-    picture.view.set(stage.preset.view);
+    picture.look(stage.preset.view);
     picture.solids.setObjects(stage.objects);
     log.clear();
   });

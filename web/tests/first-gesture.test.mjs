@@ -94,3 +94,56 @@ for (const name of Object.keys(GESTURES)) {
     for (const scene of SCENES) await tryFirst(scene, name);
   });
 }
+
+test('two taps before the sound runs are two impacts, each logged with its own values', async () => {
+  const { page, complaints } = await opened('objects');
+  // The audio thread starts only when both taps are done.
+  await page.evaluate(() => {
+    const { sound } = Reflect.get(globalThis, 'clangor');
+    const build = sound.build.bind(sound);
+    sound.build = async (/** @type {any[]} */ ...parts) => {
+      await new Promise((done) => Reflect.set(globalThis, 'release', done));
+      return build(...parts);
+    };
+  });
+  const taps = [
+    ['wineglass', 0.4, 'steel'],
+    ['plate', 1.5, 'rubber'],
+  ];
+  for (const [name, speed, mallet] of taps) {
+    const [x, y] = await page.evaluate(([object, strikeSpeed, malletName]) => {
+      const { stage, picture } = Reflect.get(globalThis, 'clangor');
+      Object.assign(stage, { strikeSpeed, mallet: malletName });
+      // A point of the object that is seen, found as a tap finds it.
+      const { clientWidth, clientHeight } = picture.canvas;
+      for (let pixel = 0; pixel < clientWidth * clientHeight; pixel += 7) {
+        const [column, row] = [pixel % clientWidth, Math.floor(pixel / clientWidth)];
+        if (document.elementFromPoint(column, row) !== picture.canvas) continue;
+        picture.aim(column, row);
+        const hit = picture.solids.hit(picture.ray);
+        if (hit?.object.solid.name === object) return [column, row];
+      }
+      return [0, 0];
+    }, /** @type {const} */ ([name, speed, mallet]));
+    await page.mouse.click(x + 2, y + 2);
+  }
+  assert.equal(await page.evaluate(() => Reflect.get(globalThis, 'clangor').sound.on), false);
+  await page.evaluate(() => Reflect.get(globalThis, 'release')());
+  assert.ok((await hear(page, SOON)).peak > HEARD);
+  await page.waitForFunction(() => document.querySelectorAll('#log li').length === 2, null, PATIENCE);
+  const logged = await page.evaluate(() => {
+    const { history, stage } = Reflect.get(globalThis, 'clangor');
+    return history.contacts.map((/** @type {any} */ contact) => [
+      stage.nameOf(contact.bodyA),
+      contact.speed,
+      contact.duration > 1e-3,
+    ]);
+  });
+  assert.deepEqual(logged, [
+    ['wineglass', 0.4, false],
+    ['plate', 1.5, true],
+  ]);
+  await checkLog(page);
+  assert.deepEqual(complaints, []);
+  await page.close();
+});

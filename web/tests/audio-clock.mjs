@@ -47,8 +47,9 @@ export async function letMove(page, time) {
  */
 export async function listen(page) {
   await page.evaluate(() => {
-    const { sound } = Reflect.get(globalThis, 'clangor');
-    const ear = { peak: 0, reports: 0, time: 0, /** @type {number | null} */ first: null };
+    const { sound, history } = Reflect.get(globalThis, 'clangor');
+    const begun = history.end;
+    const ear = { peak: 0, reports: 0, time: 0, begun, /** @type {number | null} */ first: null };
     Reflect.set(globalThis, 'ear', ear);
     sound.addEventListener('report', (/** @type {any} */ event) => {
       ear.peak = Math.max(ear.peak, event.detail.peak);
@@ -70,14 +71,16 @@ export function heard(page) {
 }
 
 /**
- * Waits until something is heard, so many seconds of the audio clock at most.
+ * Waits until something is heard, so many seconds of the audio clock and of the world at most: on a busy machine the
+ * world falls behind the sound.
  * @param {Page} page @param {number} seconds
  */
 export async function hear(page, seconds) {
   await page.waitForFunction(
     ([least, end]) => {
-      const { peak, time, first } = Reflect.get(globalThis, 'ear');
-      return (peak > least && first !== null) || time > end;
+      const { peak, time, first, begun } = Reflect.get(globalThis, 'ear');
+      const { history } = Reflect.get(globalThis, 'clangor');
+      return (peak > least && first !== null) || (time > end && history.end > begun + end);
     },
     [HEARD, seconds],
     PATIENCE,

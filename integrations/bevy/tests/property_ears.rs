@@ -1,5 +1,5 @@
-//! The ears are where their entity is in the world: under a parent that moves and turns, and in frames without a
-//! step of the physics.
+//! The ears are where their entity is in the world: under a parent that moves and turns, and in frames
+//! without a step of the physics.
 
 use std::f32::consts::FRAC_PI_2;
 use std::time::Duration;
@@ -78,7 +78,7 @@ fn ears_under_a_moving_parent_are_where_the_world_shows_them() {
     sound.controller().send(impact().into()).unwrap();
     let heard = rendered(&mut engine);
     let exact = at(DVec3::new(1.6, 0.7, 0.9), -DVec3::Z);
-    // Residual seen: 2e-6, of the single precision of Bevy's transforms.
+    // Transforms of Bevy have single precision.
     let residual = apart(&heard, &exact);
     assert!(residual < 1e-4, "{residual:e}");
     let unmoved = apart(&heard, &at(DVec3::new(0.1, 0.2, -0.4), DVec3::X));

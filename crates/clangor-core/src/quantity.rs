@@ -114,8 +114,35 @@ pub const REST_LENGTH: Quantity = Quantity::between(0.0, 1e5, "m");
 /// Component of a position.
 pub const COORDINATE: Quantity = Quantity::coordinate("m");
 
+/// Digits of a length in a message.
+const LENGTH_DIGITS: i32 = 2;
+
+/// A length \[m\] in mm, cm or m, to two digits and without an exponent: "1.1 cm".
+pub fn readable_length(metres: f64) -> String {
+    let (unit, scale) = match metres.abs() {
+        size if size >= 1.0 => ("m", 1.0),
+        size if size >= 0.01 => ("cm", 100.0),
+        _ => ("mm", 1000.0),
+    };
+    let value = scale * metres;
+    let order = value.abs().log10().floor();
+    let decimals = if order.is_finite() { (LENGTH_DIGITS - 1 - order as i32).max(0) } else { 0 };
+    format!("{value:.*} {unit}", decimals as usize)
+}
+
 /// A number without trailing zeros.
 pub fn readable(value: f64) -> String {
     let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite();
     if plain { format!("{value}") } else { format!("{value:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_length_has_a_unit_of_its_size() {
+        let shown = [1.084e-2, 3.3e-3, 1.2e-6, 0.5, 12.34, -0.02, 0.0].map(readable_length);
+        assert_eq!(shown, ["1.1 cm", "3.3 mm", "0.0012 mm", "50 cm", "12 m", "-2.0 cm", "0 mm"]);
+    }
 }

@@ -55,6 +55,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     }
     console.json(&json!({
         "impulse_n_s": sound.impulse.to_array(),
+        "peak_force_n": sound.peak_force,
         "modal_energy_ratio": sound.modal_energy_ratio,
         "contact_duration_s": sound.contact_duration,
         "velocity_change_m_per_s": sound.velocity_change.to_array(),

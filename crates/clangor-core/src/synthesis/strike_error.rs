@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::SynthesisError;
 use crate::contact::ContactError;
+use crate::propagation::RoomError;
 
 /// Error in a strike.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -78,6 +79,9 @@ pub enum StrikeError {
         /// Distance from the centre of mass \[m\].
         distance: f64,
     },
+    /// The room has no reverberation time.
+    #[error(transparent)]
+    Room(#[from] RoomError),
     /// The sound cannot be synthesised.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),

@@ -68,6 +68,11 @@ impl SoundingBody {
         self.resonator.as_ref().map_or(&[], |resonator| resonator.resonances())
     }
 
+    /// Defects of its sound model.
+    pub(crate) fn remarks(&self) -> &[StrikeRemark] {
+        &self.remarks
+    }
+
     /// The sound of an impact, which ends at `seconds` \[s\], and its forces.
     ///
     /// # Errors

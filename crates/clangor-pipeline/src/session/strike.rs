@@ -62,19 +62,7 @@ impl Strike {
     /// An impulse of 0.01 N s downwards at the highest point of the body, heard 1 m away along x, at 48 kHz.
     pub fn new(body: impl Into<StruckBody>) -> Self {
         let body = body.into();
-        let impact = strike::Strike {
-            force: StrikeForce::Impulse { impulse: DEFAULT_IMPULSE, duration: None },
-            point: highest_point(&body.body),
-            listener: DVec3::X,
-            profile: ForceProfile::default(),
-            steps: OFFLINE_STEPS,
-            sample_rate: SampleRate::HZ_48000,
-            max_frequency: None,
-            seconds: Some(SHORTEST),
-            medium: Medium::AIR,
-            room: None,
-            sphere_model: SphereModel::Exact,
-        };
+        let impact = usual_impact(highest_point(&body.body));
         Strike {
             body,
             impact,
@@ -224,6 +212,23 @@ impl Strike {
             Some(_) if impulse.is_some() || duration.is_some() => Err(Error::TwoForces),
             Some(striker) => Ok(StrikeForce::Striker(striker.clone())),
         }
+    }
+}
+
+/// The impact where nothing else is asked for, at a point \[m\].
+pub(crate) fn usual_impact(point: DVec3) -> strike::Strike {
+    strike::Strike {
+        force: StrikeForce::Impulse { impulse: DEFAULT_IMPULSE, duration: None },
+        point,
+        listener: DVec3::X,
+        profile: ForceProfile::default(),
+        steps: OFFLINE_STEPS,
+        sample_rate: SampleRate::HZ_48000,
+        max_frequency: None,
+        seconds: Some(SHORTEST),
+        medium: Medium::AIR,
+        room: None,
+        sphere_model: SphereModel::Exact,
     }
 }
 

@@ -127,8 +127,7 @@ fn property_a_stopped_run_continues_and_foreign_files_are_refused() {
     let second = shards[1].file(&out);
     let before = fs::read(&second).unwrap();
     fs::remove_file(&second).unwrap();
-    let stopped =
-        own.write(&out, shards[1], FileKind::Parquet, &mut |_| ControlFlow::Break(())).unwrap_err();
+    let stopped = own.write(&out, shards[1], FileKind::Parquet, &mut |_| ControlFlow::Break(())).unwrap_err();
     assert!(stopped.is_interruption(), "{stopped}");
     assert_eq!(fs::read_dir(&out).unwrap().count(), 2);
     let kept: Vec<bool> = shards.iter().map(|shard| write(&own, &out, *shard).unwrap().1).collect();
@@ -181,8 +180,7 @@ fn property_the_sound_is_that_of_a_single_strike() {
             if let Some(label) = &labels.room {
                 let walls = [WallAbsorption::even(0.2); 6];
                 let highest = DVec3::new(4.0, 2.5, 3.0) - label.body;
-                let room =
-                    Room { lowest: -label.body, highest, walls, image_order: 2, late: true };
+                let room = Room { lowest: -label.body, highest, walls, image_order: 2, late: true };
                 strike = strike.room(room);
             }
             let sound = strike.render().unwrap();
@@ -234,7 +232,8 @@ fn property_a_table_says_what_the_recipe_does_not_draw() {
     // A table alone says all; JSON lines too.
     let line = r#"{"object":"sphere:0.02","material":"glass","point":[0,0.02,0],"impulse":[0,-0.01,0],"listener":[0,1,0]}"#;
     fs::write(folder.path().join("one.jsonl"), line).unwrap();
-    let alone = Dataset::open(&folder.path().join("one.jsonl"), options(&folder.path().join("cache"))).unwrap();
+    let alone =
+        Dataset::open(&folder.path().join("one.jsonl"), options(&folder.path().join("cache"))).unwrap();
     let alone = alone.strikes(0..1, &mut onwards).unwrap().swap_remove(0);
     assert_eq!((alone.sample_rate, alone.samples.len()), (48_000, 48_096));
 }
@@ -251,9 +250,15 @@ fn property_mistakes_of_tables_are_named_with_file_row_and_column() {
     let cases = [
         ("object\nbar\nmug-of-tea\n", "t.csv, line 3: object is mug-of-tea"),
         ("object\nnothing.obj\n", "t.csv, line 2: object is nothing.obj: there is no file"),
-        ("object,material\nbar,stel\n", "t.csv, line 2: material is stel, which is no material; known: dull,"),
+        (
+            "object,material\nbar,stel\n",
+            "t.csv, line 2: material is stel, which is no material; known: dull,",
+        ),
         ("object,radius\nbar,NaN\n", "t.csv, line 2: radius is NaN, not a finite number"),
-        ("striker,radius,speed\nsteel,0.01,-1\n", "t.csv, line 2: speed is -1; write a number in m/s above 0"),
+        (
+            "striker,radius,speed\nsteel,0.01,-1\n",
+            "t.csv, line 2: speed is -1; write a number in m/s above 0",
+        ),
         ("point_x,point_y\n0,1\n", "t.csv, line 2: point_z is missing"),
         ("striker,impulse_x,impulse_y,impulse_z\nwood,0,1,0\n", "line 2: impulse_x follows from the striker"),
         ("room\nkitchen\n", "t.csv, line 2: room is kitchen, which is no room of the recipe"),
@@ -274,7 +279,8 @@ fn property_mistakes_of_tables_are_named_with_file_row_and_column() {
     assert!(zero.contains("count: 0 is out of range"), "{zero}");
     let mesh = error_of(folder.path(), &RECIPE.replace("shape = \"sphere:0.02\"", "mesh = \"no.obj\""));
     assert!(mesh.contains("no.obj"), "{mesh}");
-    let far = format!("{RECIPE}[[room]]\nlowest = [0,0,0]\nhighest = [1,1,1]\nabsorption = 1\nbody = [5, 1, 1]\n");
+    let far =
+        format!("{RECIPE}[[room]]\nlowest = [0,0,0]\nhighest = [1,1,1]\nabsorption = 1\nbody = [5, 1, 1]\n");
     let outside = dataset(folder.path(), &far).strikes(0..1, &mut onwards).unwrap_err().to_string();
     assert!(outside.contains("room \"room-1\" never held body and listener"), "{outside}");
     let beyond = dataset(folder.path(), RECIPE).strikes(9..11, &mut onwards).unwrap_err().to_string();

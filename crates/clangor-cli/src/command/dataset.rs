@@ -10,12 +10,7 @@ use crate::arguments::{DatasetFiles, Global, Strike};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
-pub(super) fn run(
-    list: &Path,
-    options: &Strike,
-    global: &Global,
-    console: &Console,
-) -> Result<(), Failure> {
+pub(super) fn run(list: &Path, options: &Strike, global: &Global, console: &Console) -> Result<(), Failure> {
     let settings = DatasetOptions {
         models: options.models.on(options.device.device),
         cache: global.cache.clone(),

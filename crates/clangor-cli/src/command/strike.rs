@@ -19,8 +19,9 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     if let Some(list) = &options.list {
         return dataset::run(list, options, global, console);
     }
-    let Strike { body: Some(word), point: Some(point), listener: Some(listener), output: Some(output), .. } =
-        options
+    let Strike {
+        body: Some(word), point: Some(point), listener: Some(listener), output: Some(output), ..
+    } = options
     else {
         return Err(Failure::new("one impact needs a body, --point, --listener and --output"));
     };

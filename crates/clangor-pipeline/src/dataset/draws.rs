@@ -58,9 +58,8 @@ mod tests {
         };
         let (a, b, c) =
             (sequence(7, Quantity::Object), sequence(7, Quantity::Material), sequence(8, Quantity::Object));
-        let correlation = |x: &[f64], y: &[f64]| {
-            x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() * 12.0 / COUNT as f64
-        };
+        let correlation =
+            |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>() * 12.0 / COUNT as f64;
         // Standard deviation 1/√20000 = 0.0071; residuals seen: below 0.012.
         for r in [correlation(&a, &b), correlation(&a, &c), correlation(&a[1..], &a)] {
             assert!(r.abs() < 0.03, "{r}");

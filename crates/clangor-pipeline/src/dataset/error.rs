@@ -113,9 +113,7 @@ pub enum DatasetError {
         tries: u32,
     },
     /// Files of another data set are in the folder.
-    #[error(
-        "{path} belongs to another data set ({difference}); choose another folder, or remove it"
-    )]
+    #[error("{path} belongs to another data set ({difference}); choose another folder, or remove it")]
     OtherDataset {
         /// The file.
         path: PathBuf,

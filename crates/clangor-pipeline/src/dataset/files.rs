@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 
 use clangor_core::glam::DVec3;
 
+use super::Dataset;
 use super::error::DatasetError;
 use super::labels::LabelledStrike;
 use super::shard::Shard;
-use super::Dataset;
 use crate::formats::labelled_samples::{
     ColumnKind, ColumnValues, LabelledSamplesError, LabelledSamplesWriter, read_metadata,
 };
@@ -89,7 +89,8 @@ impl Dataset {
         while next < range.end {
             let group = next..(next + GROUP_ROWS).min(range.end);
             let mut reached = |progress: &Progress<'_>| {
-                let within = if progress.body.is_empty() { progress.done } else { return on_progress(progress) };
+                let within =
+                    if progress.body.is_empty() { progress.done } else { return on_progress(progress) };
                 let before = (group.start - range.start) as f64;
                 let done = (before + within * (group.end - group.start) as f64) / rows as f64;
                 on_progress(&Progress::of_render(done))
@@ -159,7 +160,10 @@ fn write_wav(folder: &Path, strike: &LabelledStrike) -> Result<(), DatasetError>
         format: SampleFormat::Float32,
         full_scale: WavSpec::default_full_scale(SampleFormat::Float32),
         meaning: Meaning::Pressure,
-        note: format!("{} of {}, begins {} s before the contact", strike.object, strike.material, -strike.start),
+        note: format!(
+            "{} of {}, begins {} s before the contact",
+            strike.object, strike.material, -strike.start
+        ),
     };
     let mut file = WavWriter::create(&folder.join(wav_name(strike)), spec)?;
     file.write(&strike.samples)?;
@@ -220,18 +224,14 @@ fn values(name: &str, strikes: &[LabelledStrike], shard: Shard) -> ColumnValues 
     let numbers = |of: &dyn Fn(&LabelledStrike) -> f64| {
         ColumnValues::Number(strikes.iter().map(|strike| Some(of(strike))).collect())
     };
-    let maybe = |of: &dyn Fn(&LabelledStrike) -> Option<f64>| {
-        ColumnValues::Number(strikes.iter().map(of).collect())
-    };
-    let integers = |of: &dyn Fn(&LabelledStrike) -> i64| {
-        ColumnValues::Integer(strikes.iter().map(of).collect())
-    };
-    let texts = |of: &dyn Fn(&LabelledStrike) -> Option<String>| {
-        ColumnValues::Text(strikes.iter().map(of).collect())
-    };
-    let lists = |of: &dyn Fn(&LabelledStrike) -> Vec<f64>| {
-        ColumnValues::Numbers(strikes.iter().map(of).collect())
-    };
+    let maybe =
+        |of: &dyn Fn(&LabelledStrike) -> Option<f64>| ColumnValues::Number(strikes.iter().map(of).collect());
+    let integers =
+        |of: &dyn Fn(&LabelledStrike) -> i64| ColumnValues::Integer(strikes.iter().map(of).collect());
+    let texts =
+        |of: &dyn Fn(&LabelledStrike) -> Option<String>| ColumnValues::Text(strikes.iter().map(of).collect());
+    let lists =
+        |of: &dyn Fn(&LabelledStrike) -> Vec<f64>| ColumnValues::Numbers(strikes.iter().map(of).collect());
     match name {
         "index" => integers(&|s| s.index as i64),
         "seed" => integers(&|s| s.seed as i64),

@@ -111,15 +111,14 @@ impl Dataset {
             room: drawn.room.map(|(room, body)| around(&recipe.rooms[room].room, body)),
             ..usual_impact(point)
         };
-        let (sound, _) =
-            ready.sounding.sound(&impact, recipe.seconds).map_err(|error| match error {
-                session::Error::Strike(source) => failed(source),
-                source => DatasetError::Object {
-                    object: object.name.clone(),
-                    material: self.strikes.materials[material].name.clone(),
-                    source,
-                },
-            })?;
+        let (sound, _) = ready.sounding.sound(&impact, recipe.seconds).map_err(|error| match error {
+            session::Error::Strike(source) => failed(source),
+            source => DatasetError::Object {
+                object: object.name.clone(),
+                material: self.strikes.materials[material].name.clone(),
+                source,
+            },
+        })?;
         let striker = match &drawn.force {
             DrawnForce::Ball { material, radius, speed } => {
                 Some(StrikerLabel { material: material.name.clone(), radius: *radius, speed: *speed })
@@ -140,9 +139,9 @@ impl Dataset {
             peak_force: sound.peak_force,
             contact_duration: sound.contact_duration,
             listener: drawn.listener,
-            room: drawn.room.map(|(room, body)| {
-                StrikeRoomLabel { name: recipe.rooms[room].name.clone(), body }
-            }),
+            room: drawn
+                .room
+                .map(|(room, body)| StrikeRoomLabel { name: recipe.rooms[room].name.clone(), body }),
             frequencies: Arc::clone(&ready.frequencies),
             t60s: Arc::clone(&ready.t60s),
             sample_rate: recipe.sample_rate,

@@ -38,10 +38,20 @@ pub(super) struct DrawnStrike {
 /// What strikes a body.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum DrawnForce {
-    Ball { material: Material, radius: f64, speed: f64 },
+    Ball {
+        material: Material,
+        radius: f64,
+        speed: f64,
+    },
     /// An impulse into the body, along the normal.
-    Along { impulse: f64, duration: Option<f64> },
-    Impulse { impulse: DVec3, duration: Option<f64> },
+    Along {
+        impulse: f64,
+        duration: Option<f64>,
+    },
+    Impulse {
+        impulse: DVec3,
+        duration: Option<f64>,
+    },
 }
 
 /// See the module.
@@ -129,12 +139,19 @@ impl Strikes {
             let gap = |column, section| DatasetError::MissingColumn { path: path.into(), column, section };
             let mut named = Named::default();
             match &row.object {
-                Some(word) => named.object = Some(names.object(self, path, (word, row.scale)).map_err(|fault| wrong("object", fault))?),
+                Some(word) => {
+                    named.object = Some(
+                        names
+                            .object(self, path, (word, row.scale))
+                            .map_err(|fault| wrong("object", fault))?,
+                    )
+                }
                 None if self.recipe.objects.is_empty() => return Err(gap("object", "[[object]]")),
                 None => {}
             }
             if let Some(name) = &row.material {
-                let material = self.recipe.material(name).ok_or_else(|| wrong("material", self.unknown(name)))?;
+                let material =
+                    self.recipe.material(name).ok_or_else(|| wrong("material", self.unknown(name)))?;
                 named.material = Some(names.material(self, &material));
             } else if named.object.is_some_and(|object| self.of_object[object].is_empty()) {
                 return Err(gap("material", "`materials` of an [[object]]"));
@@ -211,11 +228,9 @@ impl Strikes {
         let listed = self.table.as_ref();
         let row = listed.map(|table| &table.rows[index as usize]);
         let named = listed.map_or(Named::default(), |table| table.named[index as usize]);
-        let object =
-            named.object.unwrap_or_else(|| of_group(Quantity::Object).choice(recipe.objects.len()));
+        let object = named.object.unwrap_or_else(|| of_group(Quantity::Object).choice(recipe.objects.len()));
         let own = &self.of_object[object];
-        let material =
-            named.material.unwrap_or_else(|| own[of_group(Quantity::Material).choice(own.len())]);
+        let material = named.material.unwrap_or_else(|| own[of_group(Quantity::Material).choice(own.len())]);
         let point = row.and_then(|row| row.point).or_else(|| {
             let points = &self.objects[object].points;
             (!points.is_empty()).then(|| points[draws(Quantity::Point).choice(points.len())])
@@ -302,13 +317,15 @@ impl Names {
         }
         let mut geometry = geometry_reference(word, 1.0).geometry;
         let file = word.rsplit_once('#').map_or(word, |(file, _)| file);
-        let is_file = Path::new(file).extension().is_some_and(|e| e == "safetensors" || e == "glb" || e == "gltf");
+        let is_file =
+            Path::new(file).extension().is_some_and(|e| e == "safetensors" || e == "glb" || e == "gltf");
         if is_file {
             geometry = Geometry::File(word.into());
         }
         match &geometry {
             Geometry::Shape(shape) => {
-                Shape::parse(shape).map_err(|error| format!("is {word}, no object of the recipe, file or shape: {error}"))?;
+                Shape::parse(shape)
+                    .map_err(|error| format!("is {word}, no object of the recipe, file or shape: {error}"))?;
             }
             Geometry::File(_) => {
                 let path = table.parent().unwrap_or(Path::new("")).join(file);

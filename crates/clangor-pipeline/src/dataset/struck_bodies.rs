@@ -120,8 +120,7 @@ fn ready(
         medium: Medium::AIR,
         ..usual_impact(DVec3::ZERO)
     };
-    let sounding =
-        SoundingBody::obtain(&struck, &settings.choice, &Parts::default(), &impact, on_progress)?;
+    let sounding = SoundingBody::obtain(&struck, &settings.choice, &Parts::default(), &impact, on_progress)?;
     let modes = sounding.resonances();
     Ok(ReadyBody {
         points: SurfacePoints::new(&struck.body().surface),

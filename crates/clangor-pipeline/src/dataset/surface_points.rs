@@ -78,9 +78,7 @@ mod tests {
 
         let ball = Surface::Sphere { radius: 0.1 };
         let points = SurfacePoints::new(&ball);
-        let high = (0..COUNT).filter(|i| {
-            points.draw(&ball, &mut Draws::of(3, *i, Quantity::Point)).y > 0.05
-        });
+        let high = (0..COUNT).filter(|i| points.draw(&ball, &mut Draws::of(3, *i, Quantity::Point)).y > 0.05);
         // A cap of half a radius is a quarter of the sphere; residual seen 0.003.
         assert!((high.count() as f64 / COUNT as f64 - 0.25).abs() < 0.01);
     }

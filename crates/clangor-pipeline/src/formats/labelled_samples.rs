@@ -130,8 +130,7 @@ impl LabelledSamplesWriter {
 
 /// The text under a name in the footer of a file; `None` without it.
 pub(crate) fn read_metadata(path: &Path, key: &str) -> Result<Option<String>, LabelledSamplesError> {
-    let file =
-        File::open(path).map_err(|source| LabelledSamplesError::Open { path: path.into(), source })?;
+    let file = File::open(path).map_err(|source| LabelledSamplesError::Open { path: path.into(), source })?;
     // The decoder has assertions that damaged files can break.
     let decoded = catch_unwind(AssertUnwindSafe(|| SerializedFileReader::new(file)));
     let reader = match decoded {

@@ -87,9 +87,7 @@ fn recipe<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> StrikeRecipe {
         sample_rate: top
             .integer(d, "sample_rate", 8000, 384_000)
             .map_or(default.sample_rate, |rate| rate as u32),
-        seconds: top
-            .number(d, "seconds", Quantity::between(0.001, 3600.0, "s"))
-            .unwrap_or(default.seconds),
+        seconds: top.number(d, "seconds", Quantity::between(0.001, 3600.0, "s")).unwrap_or(default.seconds),
         objects: objects(d, &top, &own, &shared),
         strikers,
         listeners: listeners(d, &top),
@@ -205,8 +203,7 @@ fn listeners(d: &mut Decoder<'_>, top: &Section<'_>) -> Vec<ListenerPlacement> {
         let Some(distance) = distance else { continue };
         match direction {
             Some(direction) => {
-                listeners
-                    .extend(direction.map(|direction| ListenerPlacement::Along { direction, distance }));
+                listeners.extend(direction.map(|direction| ListenerPlacement::Along { direction, distance }));
             }
             None => listeners.push(ListenerPlacement::Around { distance, azimuth, elevation }),
         }

@@ -11,7 +11,9 @@ use pyo3::types::PyDict;
 
 use crate::errors::raised;
 use crate::progress::Watch;
-use crate::settings::model_options;
+use crate::settings::{check_keywords, keyword, model_options};
+
+const KEYWORDS: &[&str] = &["text", "path", "folder", "seed", "quality", "max_frequency", "cache"];
 
 /// The strikes of a recipe.
 #[pyclass(frozen, module = "clangor")]
@@ -21,24 +23,24 @@ pub(crate) struct Strikes {
 
 #[pymethods]
 impl Strikes {
-    /// Strikes of a recipe as text, whose paths are relative to `folder`, or of a recipe or table at `path`.
+    /// Strikes of a recipe as `text`, whose paths are relative to `folder`, or of a recipe or table at `path`.
     #[new]
-    #[pyo3(signature = (*, text=None, path=None, folder=None, seed=None, quality="normal", max_frequency=None,
-                        cache=None))]
-    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
-    fn new(
-        text: Option<&str>,
-        path: Option<PathBuf>,
-        folder: Option<PathBuf>,
-        seed: Option<u64>,
-        quality: &str,
-        max_frequency: Option<f64>,
-        cache: Option<PathBuf>,
-    ) -> PyResult<Self> {
-        let options = DatasetOptions { models: model_options(quality, max_frequency)?, cache, seed };
+    #[pyo3(signature = (**options), text_signature = "(*, text=None, path=None, folder=None, seed=None, \
+                                                     quality='normal', max_frequency=None, cache=None)")]
+    fn new(py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let options = options.cloned().unwrap_or_else(|| PyDict::new(py));
+        check_keywords(&options, KEYWORDS)?;
+        let text: Option<String> = keyword(&options, "text")?;
+        let path: Option<PathBuf> = keyword(&options, "path")?;
+        let folder: Option<PathBuf> = keyword(&options, "folder")?;
+        let quality: Option<String> = keyword(&options, "quality")?;
+        let models =
+            model_options(quality.as_deref().unwrap_or("normal"), keyword(&options, "max_frequency")?)?;
+        let settings =
+            DatasetOptions { models, cache: keyword(&options, "cache")?, seed: keyword(&options, "seed")? };
         let dataset = match (text, path) {
-            (Some(text), None) => Dataset::from_text(text, &folder.unwrap_or_default(), options),
-            (None, Some(path)) => Dataset::open(&path, options),
+            (Some(text), None) => Dataset::from_text(&text, &folder.unwrap_or_default(), settings),
+            (None, Some(path)) => Dataset::open(&path, settings),
             _ => return Err(PyValueError::new_err("give either `text` or `path`")),
         };
         Ok(Strikes { dataset: dataset.map_err(raised)? })

@@ -34,7 +34,7 @@ fn property_a_data_set_has_the_samples_of_strike() {
         0.09,0.004,0.01 --listener 0.1,0.5,0.2 --sample-rate 8000 --seconds 0.1 --quality draft -o one.wav";
     clangor(folder, &single.split_whitespace().collect::<Vec<_>>());
     let one = samples(&folder.join("one.wav"));
-    assert_eq!(one.len(), 816);
+    assert_eq!(one.len(), 817);
     for index in 0..2 {
         let name = format!("bars/strikes-{:05}-of-00002/{index:09}.wav", index + 1);
         assert_eq!(samples(&folder.join(name)), one);

@@ -43,7 +43,7 @@ def test_strikes_are_labelled() -> None:
     rows = list(made())
     assert [row["index"] for row in rows] == list(range(12)) and len(made()) == 12
     for row in rows:
-        assert row["samples"].dtype == np.float32 and row["samples"].shape == (816,)
+        assert row["samples"].dtype == np.float32 and row["samples"].shape == (817,)
         assert row["frequencies"].shape == row["t60s"].shape and np.abs(row["samples"]).max() > 0
         assert 0.5 <= np.linalg.norm(row["listener"]) <= 2.0 and 0.2 <= row["speed"] <= 2.0
     assert {row["material"] for row in rows} == {"steel", "dull", "glass"}

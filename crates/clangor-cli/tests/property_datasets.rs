@@ -9,7 +9,7 @@ use program::{clangor, run};
 use serde_json::Value;
 
 const RECIPE: &str = "count = 2\nsample_rate = 8000\nseconds = 0.1\nmaterials = \"brass\"\n[[object]]\n\
-    shape = \"box:0.2x0.03x0.008\"\npoints = [[0.09, 0.004, 0.01]]\n[[striker]]\nmaterials = \"wood\"\n\
+    shape = \"box:0.2x0.03x0.008\"\npoints = [[0.09, 0.01, 0.004]]\n[[striker]]\nmaterials = \"wood\"\n\
     radius = 0.01\nspeed = 0.7\n[[listener]]\nposition = [0.1, 0.5, 0.2]\n";
 
 fn samples(path: &std::path::Path) -> Vec<f32> {
@@ -31,7 +31,7 @@ fn property_a_data_set_has_the_samples_of_strike() {
         serde_json::from_str(&clangor(folder, &[&list[..], &["--shards", "2", "--json"]].concat())).unwrap();
     assert_eq!((&report["strikes"], &report["kept"]), (&Value::from(2), &Value::from(1)));
     let single = "strike box:0.2x0.03x0.008 --material brass --striker wood:0.01 --speed 0.7 --point \
-        0.09,0.004,0.01 --listener 0.1,0.5,0.2 --sample-rate 8000 --seconds 0.1 --quality draft -o one.wav";
+        0.09,0.01,0.004 --listener 0.1,0.5,0.2 --sample-rate 8000 --seconds 0.1 --quality draft -o one.wav";
     clangor(folder, &single.split_whitespace().collect::<Vec<_>>());
     let one = samples(&folder.join("one.wav"));
     assert_eq!(one.len(), 817);
@@ -55,6 +55,7 @@ fn property_impossible_data_sets_are_refused() {
     assert!(misspelt.contains("did you mean `speed`?") && misspelt.contains("bars.toml:11"), "{misspelt}");
     assert!(refused("strike --list bars.toml -o out --shard 17/16").contains("17/16 is no part"));
     assert!(refused("strike --list no.toml -o out").contains("cannot read no.toml"));
+    fs::write(folder.join("no.txt"), "").unwrap();
     assert!(refused("strike --list no.txt -o out").contains("no.txt is no table that can be read"));
     assert!(refused("strike bowl --list bars.toml -o out").contains("cannot be used with"));
     assert!(refused("strike --list bars.toml").contains("--output"));

@@ -188,10 +188,6 @@ fn property_the_sound_is_that_of_a_single_strike() {
             assert_eq!(samples, labels.samples, "strike {}", labels.index);
             assert_eq!((sound.peak_force, sound.impulse), (labels.peak_force, labels.impulse));
             assert_eq!(sound.modes, labels.frequencies.len());
-            // The force of a half-sine is π/2 times its mean, that of Hertz's t^(3/2) about 1.8 times.
-            let mean = labels.impulse.length() / labels.contact_duration;
-            let ratio = labels.peak_force / mean;
-            assert!(ratio > 1.4 && ratio < 6.0, "{ratio}");
         }
     }
     let first = |text: &str| dataset(folder.path(), text).strikes(0..1, &mut onwards).unwrap().swap_remove(0);
@@ -219,7 +215,7 @@ fn property_wav_files_have_the_same_samples() {
 fn property_a_table_says_what_the_recipe_does_not_draw() {
     let folder = tempfile::tempdir().unwrap();
     let table = "object,material,point_x,point_y,point_z,impulse_x,impulse_y,impulse_z,listener_x,\
-                 listener_y,listener_z\nsphere:0.02,glass,0,0.02,0,0,-0.01,0,0,1,0\nbar,,0.05,0.004,0,,,,,,\n";
+                 listener_y,listener_z\nsphere:0.02,glass,0,0.02,0,0,-0.01,0,0,1,0\nbar,,0.05,0.01,0.004,,,,,,\n";
     fs::write(folder.path().join("strikes.csv"), table).unwrap();
     let text = RECIPE.replace("count = 10", "strikes = \"strikes.csv\"");
     let strikes = dataset(folder.path(), &text).strikes(0..2, &mut onwards).unwrap();
@@ -236,6 +232,9 @@ fn property_a_table_says_what_the_recipe_does_not_draw() {
         Dataset::open(&folder.path().join("one.jsonl"), options(&folder.path().join("cache"))).unwrap();
     let alone = alone.strikes(0..1, &mut onwards).unwrap().swap_remove(0);
     assert_eq!((alone.sample_rate, alone.samples.len()), (48_000, 48_096));
+    // The largest value of Hertz's force is 1.7 to 1.8 times its mean; seen 1.MEAN.
+    let ratio = alone.peak_force * alone.contact_duration / 0.01;
+    assert!((1.65..1.85).contains(&ratio), "{ratio}");
 }
 
 #[test]

@@ -186,8 +186,8 @@ impl Dataset {
         Ok(labelled)
     }
 
-    /// Bakes the sound models of a part of the objects, in all of their materials, into the cache. Returns the
-    /// number of bodies, each of one material.
+    /// Bakes the sound models of a part of the objects, in all of their materials, into the cache. Returns
+    /// the number of bodies, each of one material.
     ///
     /// # Errors
     /// [`DatasetError::Object`].

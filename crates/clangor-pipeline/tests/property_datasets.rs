@@ -1,5 +1,5 @@
-//! Data sets: a strike depends on seed and number alone, parts are the whole, a stopped run continues, mistakes
-//! are named, and the sound is that of a single strike.
+//! Data sets: a strike depends on seed and number alone, parts are the whole, a stopped run continues,
+//! mistakes are named, and the sound is that of a single strike.
 
 use std::fs;
 use std::ops::ControlFlow;

@@ -23,7 +23,8 @@ pub(crate) struct Strikes {
 
 #[pymethods]
 impl Strikes {
-    /// Strikes of a recipe as `text`, whose paths are relative to `folder`, or of a recipe or table at `path`.
+    /// Strikes of a recipe as `text`, whose paths are relative to `folder`, or of a recipe or table at
+    /// `path`.
     #[new]
     #[pyo3(signature = (**options), text_signature = "(*, text=None, path=None, folder=None, seed=None, \
                                                      quality='normal', max_frequency=None, cache=None)")]

@@ -1,5 +1,5 @@
-//! What tells whether two runs make the same data set: a hash of the program's version, the recipe, its table,
-//! the files of its objects and the options of sound models.
+//! What tells whether two runs make the same data set: a hash of the program's version, the recipe, its
+//! table, the files of its objects and the options of sound models.
 //!
 //! Files that only a table names are not hashed, as there may be a million.
 

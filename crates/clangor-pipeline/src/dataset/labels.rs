@@ -14,8 +14,8 @@ use super::struck_bodies::ReadyBody;
 use crate::session;
 use crate::session::strike::usual_impact;
 
-/// A strike: its sound, and everything that made it. Vectors have the axes of the body and begin at its centre
-/// of mass.
+/// A strike: its sound, and everything that made it. Vectors have the axes of the body and begin at its
+/// centre of mass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelledStrike {
     /// Number in the data set, from 0.
@@ -38,7 +38,7 @@ pub struct LabelledStrike {
     pub striker: Option<StrikerLabel>,
     /// Impulse on the body [N s].
     pub impulse: DVec3,
-    /// Largest force \[N\].
+    /// Largest force below half the sample rate \[N\].
     pub peak_force: f64,
     /// Duration of the contact \[s\].
     pub contact_duration: f64,

@@ -4,8 +4,8 @@
 //! recipe, table ─► strike i = f(seed, i) ─► sound model of its body ─► forces, pressure, labels ─► files
 //! ```
 //!
-//! The sound of a strike is that of [`Strike`](crate::session::Strike) with the same point, force and listener,
-//! bit for bit. Sound models are found in the cache or baked; all are exact, unless drafts are asked for. The
+//! The sound of a strike is that of [`Strike`](crate::session::Strike) with the same point, force and
+//! listener, bit for bit. Sound models are found in the cache or baked; all are exact, unless drafts are asked for. The
 //! format of recipes, tables and files is in `docs/format/dataset.md`.
 //!
 //! ```no_run

@@ -214,8 +214,9 @@ fn property_wav_files_have_the_same_samples() {
 #[test]
 fn property_a_table_says_what_the_recipe_does_not_draw() {
     let folder = tempfile::tempdir().unwrap();
-    let table = "object,material,point_x,point_y,point_z,impulse_x,impulse_y,impulse_z,listener_x,\
-                 listener_y,listener_z\nsphere:0.02,glass,0,0.02,0,0,-0.01,0,0,1,0\nbar,,0.05,0.01,0.004,,,,,,\n";
+    let header = "object,material,point_x,point_y,point_z,impulse_x,impulse_y,impulse_z";
+    let rows = "sphere:0.02,glass,0,0.02,0,0,-0.01,0,0,1,0\nbar,,0.05,0.01,0.004,,,,,,\n";
+    let table = format!("{header},listener_x,listener_y,listener_z\n{rows}");
     fs::write(folder.path().join("strikes.csv"), table).unwrap();
     let text = RECIPE.replace("count = 10", "strikes = \"strikes.csv\"");
     let strikes = dataset(folder.path(), &text).strikes(0..2, &mut onwards).unwrap();
@@ -226,8 +227,10 @@ fn property_a_table_says_what_the_recipe_does_not_draw() {
     assert_eq!((strikes[1].listener, &strikes[1].striker), (drawn.listener, &drawn.striker));
 
     // A table alone says all; JSON lines too.
-    let line = r#"{"object":"sphere:0.02","material":"glass","point":[0,0.02,0],"impulse":[0,-0.01,0],"listener":[0,1,0]}"#;
-    fs::write(folder.path().join("one.jsonl"), line).unwrap();
+    let line = r#"{"object":"sphere:0.02","material":"glass","point":[0,0.02,0],"impulse":[0,-0.01,0],
+        "listener":[0,1,0]}"#
+        .replace("\n", "");
+    fs::write(folder.path().join("one.jsonl"), &line).unwrap();
     let alone =
         Dataset::open(&folder.path().join("one.jsonl"), options(&folder.path().join("cache"))).unwrap();
     let alone = alone.strikes(0..1, &mut onwards).unwrap().swap_remove(0);

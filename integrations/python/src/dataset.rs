@@ -74,7 +74,8 @@ impl Strikes {
         strikes.into_iter().map(|strike| labelled(py, strike)).collect()
     }
 
-    /// Writes a part, its number from 1 of all: path, number of strikes, and whether the file was there already.
+    /// Writes a part, its number from 1 of all: path, number of strikes, and whether the file was there
+    /// already.
     #[pyo3(signature = (folder, part, files="parquet", progress=None))]
     fn write(
         &self,

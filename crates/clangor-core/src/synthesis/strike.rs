@@ -251,8 +251,8 @@ pub fn struck_ringing(
     pressure(body, (&pulses, Some(&source)), &[], strike, sound.pressures.len())
 }
 
-/// Pressure of `clicks`, and of modes under the forces of `pulses`, at the receiver of a strike: `count` samples
-/// \[Pa\].
+/// Pressure of `clicks`, and of modes under the forces of `pulses`, at the receiver of a strike: `count`
+/// samples \[Pa\].
 ///
 /// # Errors
 /// [`StrikeError`].

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::SynthesisError;
 use crate::contact::ContactError;
+use crate::propagation::RoomError;
 use crate::quantity::readable_length;
 
 /// Error in a strike.
@@ -80,6 +81,9 @@ pub enum StrikeError {
         /// Distance from the centre of mass \[m\].
         distance: f64,
     },
+    /// The room has no reverberation time.
+    #[error(transparent)]
+    Room(#[from] RoomError),
     /// The sound cannot be synthesised.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),

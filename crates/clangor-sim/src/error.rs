@@ -71,8 +71,9 @@ pub enum SimulationError {
     },
     /// A spring pulls so strongly that no step brings it to rest.
     #[error(
-        "a spring of \"{body}\" is strained so strongly that its motion cannot be followed at t = {time:.6} s \
-         (off by {gap:.3e} m); use a smaller time_step, a lower stiffness, or a rest_length nearer to its length"
+        "a spring of \"{body}\" is strained so strongly that its motion cannot be followed at \
+         t = {time:.6} s (off by {gap:.3e} m); use a smaller time_step, a lower stiffness, or a rest_length \
+         nearer to its length"
     )]
     StrainedSpring {
         /// The body at its near end.

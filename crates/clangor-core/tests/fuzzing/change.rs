@@ -104,7 +104,8 @@ impl Random {
     /// Puts another number in the place of one that is written in digits.
     fn change_number(&mut self, input: &mut Vec<u8>) {
         let from = self.below(input.len() + 1);
-        let Some(start) = input[from..].iter().position(u8::is_ascii_digit).map(|at| from + at) else { return };
+        let Some(start) = input[from..].iter().position(u8::is_ascii_digit) else { return };
+        let start = from + start;
         let part = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'.' | b'e' | b'E' | b'-' | b'+');
         let end = start + input[start..].iter().take_while(|byte| part(byte)).count();
         let number = match self.below(3) {

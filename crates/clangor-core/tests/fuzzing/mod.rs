@@ -112,7 +112,8 @@ fn watch(path: PathBuf) -> Arc<AtomicU64> {
 /// Gives changed inputs to `read`, which gets the file that holds the input and its bytes, and returns a text
 /// by which outcomes are told apart: the message of an error, or what was read.
 pub(crate) fn fuzz(target: &Target<'_>, read: &dyn Fn(&Path, &[u8]) -> String) {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("fuzz-{}-{}", target.name, process::id()));
+    let folder = format!("fuzz-{}-{}", target.name, process::id());
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
     fs::create_dir_all(&folder).unwrap();
     let path = folder.join(format!("input.{}", target.extension));
     println!("{}: inputs at {}", target.name, path.display());

@@ -3,6 +3,8 @@
 
 #[allow(dead_code)]
 mod damage;
+#[allow(dead_code)]
+mod fuzzing;
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -10,10 +12,12 @@ use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::acceleration::near_field::NearField;
 use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
-use damage::{all_is_noticed, edit, forge, forged_damage};
+use damage::{TENSOR_WORDS, all_is_noticed, edit, forge, forged, forged_damage};
+use fuzzing::{Target, fuzz};
 use num_complex::{Complex32, Complex64};
 use proptest::prelude::*;
 
@@ -169,4 +173,20 @@ proptest! {
             let _ = model.acceleration.max_frequency(Medium::AIR.sound_speed);
         }
     }
+}
+
+#[test]
+fn fuzz_models() {
+    let mut target = Target::parser("models", "safetensors", vec![model().encode().unwrap()], &TENSOR_WORDS);
+    target.mend = &forged;
+    fuzz(&target, &|_, bytes| match ModelFile::decode(bytes) {
+        Err(error) => error.to_string(),
+        Ok(file) => {
+            let field = &file.acceleration.field;
+            let pressure = field.pressure(&[1.0; RIGID_DOFS], DVec3::new(1.0, 2.0, 0.5), 1.3);
+            assert!(pressure.is_finite(), "{pressure}");
+            let made = ModelEvaluator::try_new(&file.acceleration).map(|_| "a model");
+            made.map_or_else(|error| error.to_string(), str::to_owned)
+        }
+    });
 }

@@ -32,6 +32,8 @@ const LONGEST: Duration = Duration::from_secs(10);
 const FEW: u64 = 2_000;
 /// Executions of a target that simulates, unless `CLANGOR_FUZZ_RUNS` says otherwise.
 const FEW_RUNS: u64 = 20;
+/// Tries to make an input whole for each that is read.
+const MOST_TRIES: u64 = 20;
 /// Most inputs that are changed further.
 const MOST_KEPT: usize = 4_000;
 /// Longest input [bytes].
@@ -113,21 +115,23 @@ fn watch(path: PathBuf) -> Arc<AtomicU64> {
 /// by which outcomes are told apart: the message of an error, or what was read.
 pub(crate) fn fuzz(target: &Target<'_>, read: &dyn Fn(&Path, &[u8]) -> String) {
     let folder = format!("fuzz-{}-{}", target.name, process::id());
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
+    // In memory where there is such a folder: to write a file anew waits for a disk.
+    let memory = Some(Path::new("/dev/shm")).filter(|memory| memory.is_dir());
+    let folder = memory.unwrap_or(Path::new(env!("CARGO_TARGET_TMPDIR"))).join(folder);
     fs::create_dir_all(&folder).unwrap();
     let path = folder.join(format!("input.{}", target.extension));
     println!("{}: inputs at {}", target.name, path.display());
-    let executions = if target.runs {
-        number("CLANGOR_FUZZ_RUNS", FEW_RUNS)
-    } else {
-        number("CLANGOR_FUZZ", FEW)
-    };
+    let executions =
+        if target.runs { number("CLANGOR_FUZZ_RUNS", FEW_RUNS) } else { number("CLANGOR_FUZZ", FEW) };
     let mut random = Random::new(number("CLANGOR_FUZZ_SEED", 1), target.name);
     let given = env::var_os("CLANGOR_FUZZ_INPUT").map(|path| fs::read(path).unwrap());
     let turn = watch(path.clone());
     let (mut kept, mut seen) = (target.seeds.clone(), HashSet::new());
     let (start, mut slowest, mut done) = (Instant::now(), (Duration::ZERO, 0), 0_u64);
-    for execution in 0..executions {
+    for execution in 0..MOST_TRIES * executions {
+        if done >= executions {
+            break;
+        }
         let input = match (&given, target.seeds.get(execution as usize)) {
             (Some(given), _) => Some(given.clone()),
             (None, Some(seed)) => Some(seed.clone()),

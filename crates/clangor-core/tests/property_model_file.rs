@@ -152,6 +152,11 @@ fn models_that_could_not_be_read_are_not_written() {
         ("wavenumber", &|m| m.acceleration.field.max_wavenumber = 0.0),
         ("0 rows", &|m| m.acceleration.field.nodes.clear()),
         ("held-out", &|m| m.origin.held_out_error = f64::NAN),
+        // Finite, but the sums and quotients of the field are not.
+        ("node 0", &|m| m.acceleration.field.nodes[0].s = Complex64::new(-1e200, 1.0)),
+        ("the weight of node 1", &|m| m.acceleration.field.nodes[1].weight = Complex64::new(1e300, 0.0)),
+        ("acceleration.real", &|m| m.acceleration.field.real[3] = 3e38),
+        ("ring time", &|m| m.acceleration.field.ring_time = 1e300),
     ];
     for (wanted, change) in cases {
         let message = spoil(change);

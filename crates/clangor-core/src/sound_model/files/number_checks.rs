@@ -1,6 +1,6 @@
 //! Checks of numbers and arrays that every kind of sound model file makes.
 
-use crate::quantity::{self, Quantity};
+use crate::quantity::{self, Quantity, readable};
 use crate::sound_model::files::tensor_file::TensorFileError;
 
 /// Least and greatest bounding radius \[m\].
@@ -8,10 +8,11 @@ pub(crate) const RADII: std::ops::RangeInclusive<f64> = 1e-7..=1e4;
 
 /// Rejects a number outside the range of its quantity.
 pub(crate) fn within(what: &str, number: f64, range: &Quantity) -> Result<(), TensorFileError> {
-    match range.admits(number) {
-        true => Ok(()),
-        false => Err(TensorFileError::value(what, format!("is {number:e}, not {}", range.expected()))),
+    if range.admits(number) {
+        return Ok(());
     }
+    let expected = if number.is_finite() { range.expected() } else { "finite".into() };
+    Err(TensorFileError::value(what, format!("is {}, not {expected}", readable(number))))
 }
 
 /// Rejects an array with numbers outside the range of their quantity.

@@ -240,7 +240,8 @@ fn a_full_disk_leaves_what_was_there() {
         // The mount lives as long as the shell's namespace; the listing is taken in it.
         let shell = format!(
             "{script} \"$0\" {older} >/dev/null 2>&1; cksum {name} {name}/* 2>/dev/null >../before; \
-             head -c 100000 /dev/zero >filler 2>/dev/null; \"$0\" {line} >/dev/null 2>../message; echo $? >../status; \
+             head -c 100000 /dev/zero >filler 2>/dev/null; \
+             \"$0\" {line} >/dev/null 2>../message; echo $? >../status; \
              rm -f filler; cksum {name} {name}/* 2>/dev/null >../after; ls -A >../list"
         );
         let output = Command::new("unshare")

@@ -222,7 +222,8 @@ fn fuzz_obj() {
     fuzz(&Target::parser("obj", "obj", text(&[OBJ]), &OBJ_WORDS), &|path, _| meshed(path));
 }
 
-const PLY: &str = "ply\nformat ascii 1.0\ncomment ours\nelement vertex 4\nproperty double x\nproperty float y\n\
+const PLY: &str = "ply\nformat ascii 1.0\ncomment ours\nelement vertex 4\n\
+                   property double x\nproperty float y\n\
                    property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n\
                    0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 const PLY_WORDS: [&str; 14] = [
@@ -343,7 +344,8 @@ fn gltf() -> String {
     bytes.extend([0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0_f32].into_iter().flat_map(f32::to_le_bytes));
     format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],
-"nodes":[{{"name":"die","mesh":0,"rotation":[0,0,0,1],"children":[1]}},{{"name":"child","translation":[0,1,0]}}],
+"nodes":[{{"name":"die","mesh":0,"rotation":[0,0,0,1],"children":[1]}},
+{{"name":"child","translation":[0,1,0]}}],
 "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}},"indices":1,"mode":4}}]}}],
 "animations":[{{"samplers":[{{"input":2,"output":3,"interpolation":"LINEAR"}}],
 "channels":[{{"sampler":0,"target":{{"node":0,"path":"translation"}}}}]}}],
@@ -410,10 +412,12 @@ fn fuzz_mended_meshes() {
     fuzz(&target, &|path, _| shown(load_mesh(path, 1.0).map_err(|error| error.reason), |_| "a body".into()));
 }
 
-const CSV: &str = "# ours\nt,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed,kind\n\
+const CSV: &str = "# ours\n\
+                   t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed,kind\n\
                    0.5,ball,floor,0,0,0,0,1,0,0.001,1.5,impact\n0.6,1,,0,1e-3,0,0,2,0,1e-3,0.1,contact\n";
-const JSONL: &str = "{\"t\": 0.5, \"body_a\": \"ball\", \"body_b\": 1, \"point\": [0, 0, 0], \"normal\": [0, 1, 0], \
-                     \"impulse_n\": 1e-3, \"speed\": 1.5}\n# a comment\n{\"t\": 0.6, \"body_a\": 0, \"kind\": \
+const JSONL: &str = "{\"t\": 0.5, \"body_a\": \"ball\", \"body_b\": 1, \"point\": [0, 0, 0], \
+                     \"normal\": [0, 1, 0], \
+                     \"impulse_n\": 1e-3, \"speed\": 1.5}\n# ours\n{\"t\": 0.6, \"body_a\": 0, \"kind\": \
                      \"impact\", \"point\": [0, 0, 0], \"normal\": [0, 0, -1], \"impulse_n\": 1e-3}\n";
 const LIST_WORDS: [&str; 20] = [
     "t",
@@ -463,7 +467,8 @@ fn fuzz_contact_lists() {
 
 #[test]
 fn fuzz_pose_tables() {
-    let table = "t,body,position_x,position_y,position_z,orientation_x,orientation_y,orientation_z,orientation_w\n\
+    let table = "t,body,position_x,position_y,position_z,\
+                 orientation_x,orientation_y,orientation_z,orientation_w\n\
                  0,ball,0,1,0,0,0,0,1\n0.1,ball,0,0.9,0,0,0,0.1,1\n0,1,0,0,0,0,0,0,1\n";
     let words = ["origin_x", "position_x", "orientation_w", "body", "t", ",", "\"", "ball", "floor", "nan"];
     fuzz(&Target::parser("poses", "csv", text(&[table]), &words), &|path, _| {
@@ -575,7 +580,8 @@ fn fuzz_wav() {
 fn fuzz_imported_lists() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.toml");
-    let floor = "[[body]]\nname = \"floor\"\nshape = \"box:1x0.1x1\"\nmaterial = \"wood\"\nmotion = \"fixed\"\n\
+    let floor = "[[body]]\nname = \"floor\"\nshape = \"box:1x0.1x1\"\nmaterial = \"wood\"\n\
+                 motion = \"fixed\"\n\
                  position = [0, -0.05, 0]\n";
     let ball =
         "[[body]]\nname = \"ball\"\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\nposition = [0, 1.25, 0]\n";

@@ -10,7 +10,7 @@ use super::values::duration;
 pub(crate) struct Check {
     /// The scene
     pub(crate) scene: PathBuf,
-    /// Show what it will cost: bodies, triangles, pairs, steps, rows, and the CPU time of its models, estimated
+    /// Show what it will cost: bodies, triangles, pairs, steps, rows, and the CPU time of its models
     #[arg(long)]
     pub(crate) cost: bool,
 }

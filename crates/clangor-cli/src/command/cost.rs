@@ -1,5 +1,5 @@
-//! What a scene will cost, estimated before anything is spent: text, bodies, triangles, pairs, steps, rows, and
-//! the CPU time of models by the estimator that bakes use. `check --cost` and `inspect` show it.
+//! What a scene will cost, estimated before anything is spent: text, bodies, triangles, pairs, steps, rows,
+//! and the CPU time of models by the estimator that bakes use. `check --cost` and `inspect` show it.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -67,8 +67,8 @@ impl SceneCost {
     pub(crate) fn say(&self, console: &Console) {
         let SceneCost { text_bytes, bodies, forms, triangles, pairs, steps, pose_rows, models } = self;
         console.say(format_args!(
-            "  {text_bytes} bytes of text, {bodies} bodies of {forms} forms, {triangles} triangles, {pairs} pairs that \
-             may meet"
+            "  {text_bytes} bytes of text, {bodies} bodies of {forms} forms, {triangles} triangles, \
+             {pairs} pairs that may meet"
         ));
         let steps = steps.map_or("no steps (exact solver)".into(), |steps| format!("{steps} steps"));
         console.say(format_args!("  {steps}, {pose_rows} rows of poses besides those of impacts"));

@@ -64,7 +64,7 @@ pub(crate) const TENSOR_WORDS: [&str; 12] = [
     "-1",
 ];
 
-/// The file with the length of its header and its hash corrected; `None` if no reader would find a hash in it.
+/// The file with the length of its header and its hash corrected; `None` if no reader would find a hash.
 pub(crate) fn forged(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     // The header is JSON in spaces; data begin after the last brace that ends its level.
     let mut depth = 0_i64;

@@ -142,13 +142,19 @@ fn fuzz_world_calls() {
             let body = u32::from(choices.byte()) % 50;
             let [x, y, z] = [choices.number(), choices.number(), choices.number()];
             match choices.byte() % 6 {
-                0 => drop(world_set_velocity(body, x, y, z)),
+                0 => {
+                    let _ = world_set_velocity(body, x, y, z);
+                }
                 1 => {
                     let radius = choices.number().abs() * 0.05;
                     let _ = add_sphere(body % 9, [radius, x, y + 1.0, z, 0.0, 0.0, choices.number()]);
                 }
-                2 => drop(world_remove(body)),
-                3 => drop(world_gravity(x, y, z)),
+                2 => {
+                    let _ = world_remove(body);
+                }
+                3 => {
+                    let _ = world_gravity(x, y, z);
+                }
                 _ => {
                     clock += 1e-3;
                     let _ = world_advance(clock, 0.0);
@@ -189,7 +195,9 @@ fn fuzz_synthesiser_calls() {
         assert_eq!(synth_start(48_000.0, 128, write(BOX.as_bytes())), 0, "{}", last_message());
         for _ in 0..bytes.len().min(100) {
             match choices.byte() % 6 {
-                0 => drop(synth_gain(choices.number())),
+                0 => {
+                    let _ = synth_gain(choices.number());
+                }
                 1 => {
                     let at: [f64; 6] = std::array::from_fn(|_| choices.number());
                     let _ = synth_listener(at[0], at[1], at[2], at[3], at[4], at[5]);
@@ -201,8 +209,12 @@ fn fuzz_synthesiser_calls() {
                     let _ = synth_push(write(&row.map(f64::to_le_bytes).concat()) / 8 / EVENT_STRIDE as u32);
                     let _ = synth_push(1);
                 }
-                4 => drop(synth_load(u32::from(choices.byte()), write(bytes), 0)),
-                _ => drop(synth_silence()),
+                4 => {
+                    let _ = synth_load(u32::from(choices.byte()), write(bytes), 0);
+                }
+                _ => {
+                    let _ = synth_silence();
+                }
             }
             let _ = synth_render(128);
             with_output(|samples| {

@@ -1,4 +1,4 @@
-//! The ranges of numbers that are accepted in scenes and in timelines.
+//! The ranges of numbers that are accepted in scenes, timelines, sound models and contact lists.
 //!
 //! The bounds lie outside what is physical, and inside what the formulas compute without overflow.
 
@@ -111,6 +111,28 @@ pub const STIFFNESS: Quantity = Quantity::between(1e-9, 1e12, "N/m");
 pub const SPRING_DAMPING: Quantity = Quantity::between(0.0, 1e12, "N s/m");
 /// Length of a spring without force.
 pub const REST_LENGTH: Quantity = Quantity::between(0.0, 1e5, "m");
+/// Frequency of a mode, or the highest of a model.
+pub const FREQUENCY: Quantity = Quantity::between(1e-3, 1e9, "Hz");
+/// Rate at which the dampers of supports take the energy of a mode.
+pub const DAMPING_RATE: Quantity = Quantity::between(0.0, 1e9, "1/s");
+/// Relative error that is asked of a model.
+pub const ACCURACY: Quantity = Quantity::above(0.0, 1e6, "");
+/// Highest wavenumber of a field, over the bounding radius.
+pub const WAVENUMBER: Quantity = Quantity::between(1e-9, 1e6, "");
+/// Time for which a field rings on, over that of sound along the bounding radius.
+pub const RING_TIME: Quantity = Quantity::between(0.0, 1e6, "");
+/// Place of a node of a field in the plane of complex frequencies, over c/R.
+pub const NODE: Quantity = Quantity::between(0.0, 1e7, "");
+/// Weight of a node of a field.
+pub const NODE_WEIGHT: Quantity = Quantity::between(0.0, 1e30, "");
+/// Component of a multipole, of a pressure or of a shape.
+pub const COMPONENT: Quantity = Quantity::between(-1e20, 1e20, "");
+/// Component of an impulse.
+pub const IMPULSE: Quantity = Quantity::between(-1e12, 1e12, "N s");
+/// Component of a couple over time.
+pub const ANGULAR_IMPULSE: Quantity = Quantity::between(-1e12, 1e12, "N m s");
+/// Component of a velocity.
+pub const VELOCITY: Quantity = Quantity::coordinate("m/s");
 /// Component of a position.
 pub const COORDINATE: Quantity = Quantity::coordinate("m");
 

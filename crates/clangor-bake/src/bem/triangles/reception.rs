@@ -23,7 +23,8 @@ use num_complex::Complex64;
 
 use super::incident_waves::SurfaceHarmonics;
 use super::parity_classes::ParityClass;
-use super::{ClassSystem, TriangleSolver, narrow, widen};
+use super::dense_system::ClassSystem;
+use super::{TriangleSolver, narrow, widen};
 use crate::quadrature::gauss_legendre;
 use crate::radiation::RadiationError;
 

@@ -13,7 +13,8 @@ use rayon::prelude::*;
 use super::pair_integrals::PairIntegrator;
 use super::pair_rules::{THREE_POINTS, TouchingRules};
 use super::panels::along_curve;
-use super::{ClassSystem, TriangleSolver, narrow, widen};
+use super::dense_system::ClassSystem;
+use super::{TriangleSolver, narrow, widen};
 use crate::radiation::RadiationError;
 
 impl TriangleSolver {

@@ -1,0 +1,104 @@
+//! Solution of a dense system by iteration with the factors of another near it.
+//!
+//! Generalised conjugate residuals for all right-hand sides together: with factors M of the neighbour,
+//!
+//! ```text
+//! z = M⁻¹ r,    w = A z,    r ← r − w (w·r)
+//! ```
+//!
+//! where all w are made orthonormal. The residual is the least over all z so far, of all right-hand sides,
+//! and over the solutions of the neighbour. M⁻¹r estimates the error. Source: S. C. Eisenstat, H. C. Elman
+//! and M. H. Schultz, SIAM J. Numer. Anal. 20 (1983).
+
+use num_complex::{Complex32, Complex64};
+
+use crate::bem::triangles::dense_system::{ClassSystem, Factors, product};
+use crate::bem::triangles::{narrow, widen};
+
+/// Relative error of a solution.
+const ERROR: f64 = 1e-4;
+/// Most iterations: more take longer than factors of its own.
+const MOST: usize = 24;
+/// Length of a direction, in that before it is made orthogonal, below which it is none.
+const ABSENT: f64 = 1e-5;
+
+/// What is known from the neighbour.
+pub(super) struct Start<'a> {
+    pub(super) factors: &'a Factors,
+    pub(super) solution: &'a [Complex32],
+}
+
+/// A direction of the search and its image by the matrix, of length 1.
+struct Direction {
+    step: Vec<Complex64>,
+    image: Vec<Complex64>,
+}
+
+/// The unknowns, one right-hand side after the other; `None` where the neighbour is too far.
+pub(super) fn refine(system: &ClassSystem, start: Start<'_>) -> Option<Vec<Complex32>> {
+    let size = system.size.max(1);
+    let mut residual: Vec<Complex64> = system.right.iter().map(|z| widen(*z)).collect();
+    let mut solution = vec![Complex64::ZERO; residual.len()];
+    let mut directions: Vec<Direction> = Vec::new();
+    let mut steps = start.solution.to_vec();
+    for _ in 0..MOST {
+        let images = product(&system.matrix, system.size, &steps);
+        for (step, image) in steps.chunks_exact(size).zip(images.chunks_exact(size)) {
+            let Some(direction) = Direction::new(step, image, &directions) else { continue };
+            let columns = residual.chunks_exact_mut(size).zip(solution.chunks_exact_mut(size));
+            for (residual, solution) in columns {
+                let share = dot(&direction.image, residual);
+                add(residual, &direction.image, -share);
+                add(solution, &direction.step, share);
+            }
+            directions.push(direction);
+        }
+        steps = residual.iter().map(|z| narrow(*z)).collect();
+        start.factors.solve(&mut steps);
+        let is_solved = |(step, solution): (&[Complex32], &[Complex64])| {
+            let error: f64 = step.iter().map(|z| f64::from(z.norm_sqr())).sum();
+            error <= ERROR * ERROR * length(solution)
+        };
+        if steps.chunks_exact(size).zip(solution.chunks_exact(size)).all(is_solved) {
+            return Some(solution.iter().zip(&steps).map(|(x, z)| narrow(x + widen(*z))).collect());
+        }
+    }
+    None
+}
+
+impl Direction {
+    /// Makes the image orthogonal to those of other directions, and of length 1; `None` if nothing is left.
+    fn new(step: &[Complex32], image: &[Complex32], others: &[Direction]) -> Option<Self> {
+        let mut own = Direction {
+            step: step.iter().map(|z| widen(*z)).collect(),
+            image: image.iter().map(|z| widen(*z)).collect(),
+        };
+        let whole = length(&own.image).sqrt();
+        // Twice, against rounding.
+        for other in others.iter().chain(others) {
+            let share = dot(&other.image, &own.image);
+            add(&mut own.image, &other.image, -share);
+            add(&mut own.step, &other.step, -share);
+        }
+        let left = length(&own.image).sqrt();
+        if left.is_nan() || left <= ABSENT * whole {
+            return None;
+        }
+        own.image.iter_mut().chain(&mut own.step).for_each(|z| *z /= left);
+        Some(own)
+    }
+}
+
+/// Σ conj(a) b.
+fn dot(a: &[Complex64], b: &[Complex64]) -> Complex64 {
+    a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+}
+
+/// Square of the length.
+fn length(a: &[Complex64]) -> f64 {
+    a.iter().map(Complex64::norm_sqr).sum()
+}
+
+fn add(to: &mut [Complex64], what: &[Complex64], share: Complex64) {
+    to.iter_mut().zip(what).for_each(|(to, what)| *to += share * what);
+}

@@ -37,33 +37,42 @@ use super::{TriangleSolver, narrow};
 
 /// Lowest wavenumber of the tables [1/R].
 const LOWEST: f64 = 1.0;
-/// Error of the interpolation of an entry, relative to its size, and of a load.
-const INTERPOLATION: f64 = 1e-4;
 /// Memory of the tables and the factors [bytes].
 const MEMORY: usize = 3 << 30;
+
+/// Least error of a solution: that of single precision.
+const LEAST_ERROR: f64 = 1e-5;
+
+/// A band of wavenumbers [1/R], and the relative error of systems and solutions in it.
+#[derive(Clone, Copy, Debug)]
+struct Band {
+    lowest: f64,
+    highest: f64,
+    error: f64,
+}
 
 /// What the wavenumbers of a band share.
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
-    /// Highest wavenumber [1/R].
-    highest: f64,
+    band: Band,
     tables: OnceLock<(EntryTable, LoadTable)>,
     anchors: Anchors,
 }
 
 impl TriangleSolver {
-    /// Prepares for solves at many wavenumbers, up to that of the construction.
+    /// Prepares for solves at many wavenumbers up to `highest` [1/m], with a relative `error` that the triangles
+    /// do not have: at least [`LEAST_ERROR`].
     ///
     /// Worth its memory from some twenty solves on. A body that is too large or whose band is too low for it
     /// is solved as before.
     #[must_use]
-    pub fn for_many_wavenumbers(self, highest: f64) -> Self {
-        let highest = highest * self.radius;
-        let tables = EntryTable::bytes(&self, highest);
-        let sweep = (highest > 2.0 * LOWEST && tables <= MEMORY).then(|| Sweep {
-            highest,
+    pub fn for_many_wavenumbers(self, highest: f64, error: f64) -> Self {
+        let band = Band { lowest: LOWEST, highest: highest * self.radius, error: error.max(LEAST_ERROR) };
+        let tables = EntryTable::bytes(&self, &band);
+        let sweep = (band.highest > 2.0 * LOWEST && tables <= MEMORY).then(|| Sweep {
+            band,
             tables: OnceLock::new(),
-            anchors: Anchors::new(&self.classes, [LOWEST, highest], MEMORY - tables),
+            anchors: Anchors::new(&self.classes, &band, MEMORY - tables),
         });
         Self { sweep, ..self }
     }
@@ -72,7 +81,7 @@ impl TriangleSolver {
 impl Sweep {
     /// Whether the tables hold at a wavenumber [1/R].
     pub(super) fn covers(&self, k: f64) -> bool {
-        (LOWEST..=self.highest * (1.0 + 1e-9)).contains(&k)
+        (self.band.lowest..=self.band.highest * (1.0 + 1e-9)).contains(&k)
     }
 
     /// Computes what solves at these wavenumbers [1/R] share.
@@ -81,20 +90,24 @@ impl Sweep {
         if covered.is_empty() {
             return;
         }
-        let band = [LOWEST, self.highest];
-        self.tables.get_or_init(|| (EntryTable::new(solver, band), LoadTable::new(solver, band)));
+        self.tables.get_or_init(|| {let t0=crate::bem::triangles::sweep::cpu(); let a=EntryTable::new(solver, &self.band); let t1=cpu(); let b=LoadTable::new(solver, &self.band); eprintln!("entries {:.2} loads {:.2}",t1-t0,cpu()-t1);(a,b)});
+let t0=cpu();
         let needed = self.anchors.missing(&covered);
         needed.into_par_iter().for_each(|anchor| {
             let systems = self.systems(solver, self.anchors.wavenumber(anchor));
             self.anchors.factorise(anchor, systems.unwrap_or_default());
         });
+eprintln!("anchors {:.2} of {}",cpu()-t0,self.anchors.missing(&[]).len());
     }
 
     /// The unknowns of each parity class at a wavenumber [1/R], one motion after the other; `None` before
     /// [`prepare`](Self::prepare).
     pub(super) fn solve(&self, solver: &TriangleSolver, k: f64) -> Option<Vec<Vec<Complex32>>> {
+let t0=cpu();
         let systems = self.systems(solver, k)?;
-        Some(self.anchors.solve(k, systems))
+let t1=cpu();
+        let r=Some(self.anchors.solve(k, systems));
+eprintln!("system {:.3} solve {:.3}",t1-t0,cpu()-t1); r
     }
 
     /// The systems at a wavenumber [1/R].
@@ -109,3 +122,5 @@ impl Sweep {
         Some(systems.collect())
     }
 }
+
+pub fn cpu()->f64{let mut s=0.0; for e in std::fs::read_dir("/proc/self/task").unwrap(){ let p=e.unwrap().path().join("schedstat"); if let Ok(t)=std::fs::read_to_string(p){s+=t.split_whitespace().next().unwrap().parse::<f64>().unwrap()*1e-9}} s}

@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use num_complex::Complex32;
 
+use super::Band;
 use super::refinement::{Start, refine};
 use crate::bem::triangles::dense_system::{ClassSystem, Factors};
 use crate::bem::triangles::parity_classes::ParityClass;
@@ -16,6 +17,7 @@ const WIDEST: f64 = 3.0;
 #[derive(Clone, Debug)]
 pub(super) struct Anchors {
     lowest: f64,
+    error: f64,
     spacing: f64,
     anchors: Vec<OnceLock<Vec<Anchor>>>,
 }
@@ -29,14 +31,14 @@ struct Anchor {
 
 impl Anchors {
     /// As many as fit in so many bytes; none where these are too few.
-    pub(super) fn new(classes: &[ParityClass], [low, high]: [f64; 2], memory: usize) -> Self {
+    pub(super) fn new(classes: &[ParityClass], band: &Band, memory: usize) -> Self {
         let entries: usize = classes.iter().map(|class| class.size * class.size).sum();
         let most = memory / (entries.max(1) * size_of::<Complex32>());
-        let wanted = ((high - low) / SPACING).ceil().max(1.0) as usize;
+        let wanted = ((band.highest - band.lowest) / SPACING).ceil().max(1.0) as usize;
         let count = wanted.min(most);
-        let spacing = (high - low) / count.max(1) as f64;
+        let spacing = (band.highest - band.lowest) / count.max(1) as f64;
         let count = if spacing <= WIDEST { count } else { 0 };
-        Self { lowest: low, spacing, anchors: vec![OnceLock::new(); count] }
+        Self { lowest: band.lowest, error: band.error, spacing, anchors: vec![OnceLock::new(); count] }
     }
 
     /// Wavenumber of an anchor [1/R].
@@ -81,7 +83,7 @@ impl Anchors {
         };
         let solve = |(system, anchor): (ClassSystem, &Anchor)| {
             let start = Start { factors: &anchor.factors, solution: &anchor.solution };
-            refine(&system, start).unwrap_or_else(|| system.solve())
+            refine(&system, start, self.error).unwrap_or_else(|| system.solve())
         };
         systems.into_iter().zip(anchors).map(solve).collect()
     }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::chebyshev::{count, nodes, weights};
 use super::phased_column::{PhasedColumn, Points, stride};
-use super::INTERPOLATION;
+use super::Band;
 use crate::bem::triangles::TriangleSolver;
 use crate::bem::triangles::far::ClassMatrix;
 use crate::bem::triangles::parity_classes::ParityClass;
@@ -25,15 +25,15 @@ pub(super) struct EntryTable {
 }
 
 impl EntryTable {
-    /// Bytes of the table of a body up to a wavenumber [1/R].
-    pub(super) fn bytes(solver: &TriangleSolver, highest: f64) -> usize {
+    /// Bytes of the table of a body in a band.
+    pub(super) fn bytes(solver: &TriangleSolver, band: &Band) -> usize {
         let rows = solver.panels.vertices.len();
         let of_node = 2 * stride(rows) * rows * solver.images.len() * size_of::<f32>();
-        of_node * node_count(solver, [super::LOWEST, highest])
+        of_node * node_count(solver, band)
     }
 
-    pub(super) fn new(solver: &TriangleSolver, band: [f64; 2]) -> Self {
-        let nodes = nodes(band, node_count(solver, band));
+    pub(super) fn new(solver: &TriangleSolver, band: &Band) -> Self {
+        let nodes = nodes([band.lowest, band.highest], node_count(solver, band));
         let vertices = solver.panels.vertices.clone();
         let points = Points::new(&vertices);
         let images = solver.images.clone();
@@ -80,9 +80,9 @@ impl EntryTable {
 }
 
 /// Nodes that the phase across the triangles of an entry needs.
-fn node_count(solver: &TriangleSolver, [low, high]: [f64; 2]) -> usize {
+fn node_count(solver: &TriangleSolver, band: &Band) -> usize {
     let reach = 2.0 * solver.panels.radii.iter().copied().fold(0.0, f64::max);
-    count(0.5 * (high - low) * reach, INTERPOLATION)
+    count(0.5 * (band.highest - band.lowest) * reach, band.error)
 }
 
 /// The entries of each image at a wavenumber, without their phase.

@@ -4,7 +4,7 @@ use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::INTERPOLATION;
+use super::Band;
 use super::chebyshev::{count, nodes, weights};
 use crate::bem::triangles::TriangleSolver;
 
@@ -21,8 +21,9 @@ pub(super) struct LoadTable {
 }
 
 impl LoadTable {
-    pub(super) fn new(solver: &TriangleSolver, band: [f64; 2]) -> Self {
-        let nodes = nodes(band, count(0.5 * (band[1] - band[0]) * MEAN_DELAY, INTERPOLATION));
+    pub(super) fn new(solver: &TriangleSolver, band: &Band) -> Self {
+        let phase = 0.5 * (band.highest - band.lowest) * MEAN_DELAY;
+        let nodes = nodes([band.lowest, band.highest], count(phase, band.error));
         let values = nodes
             .par_iter()
             .map(|k| {

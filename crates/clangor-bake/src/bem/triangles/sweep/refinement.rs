@@ -15,8 +15,6 @@ use num_complex::{Complex32, Complex64};
 use crate::bem::triangles::dense_system::{ClassSystem, Factors, product};
 use crate::bem::triangles::{narrow, widen};
 
-/// Relative error of a solution.
-const ERROR: f64 = 1e-4;
 /// Most iterations: more take longer than factors of its own.
 const MOST: usize = 24;
 /// Length of a direction, in that before it is made orthogonal, below which it is none.
@@ -35,13 +33,13 @@ struct Direction {
 }
 
 /// The unknowns, one right-hand side after the other; `None` where the neighbour is too far.
-pub(super) fn refine(system: &ClassSystem, start: Start<'_>) -> Option<Vec<Complex32>> {
+pub(super) fn refine(system: &ClassSystem, start: Start<'_>, error: f64) -> Option<Vec<Complex32>> {
     let size = system.size.max(1);
     let mut residual: Vec<Complex64> = system.right.iter().map(|z| widen(*z)).collect();
     let mut solution = vec![Complex64::ZERO; residual.len()];
     let mut directions: Vec<Direction> = Vec::new();
     let mut steps = start.solution.to_vec();
-    for _ in 0..MOST {
+    for it in 0..MOST {
         let images = product(&system.matrix, system.size, &steps);
         for (step, image) in steps.chunks_exact(size).zip(images.chunks_exact(size)) {
             let Some(direction) = Direction::new(step, image, &directions) else { continue };
@@ -56,11 +54,11 @@ pub(super) fn refine(system: &ClassSystem, start: Start<'_>) -> Option<Vec<Compl
         steps = residual.iter().map(|z| narrow(*z)).collect();
         start.factors.solve(&mut steps);
         let is_solved = |(step, solution): (&[Complex32], &[Complex64])| {
-            let error: f64 = step.iter().map(|z| f64::from(z.norm_sqr())).sum();
-            error <= ERROR * ERROR * length(solution)
+            let left: f64 = step.iter().map(|z| f64::from(z.norm_sqr())).sum();
+            left <= error * error * length(solution)
         };
         if steps.chunks_exact(size).zip(solution.chunks_exact(size)).all(is_solved) {
-            return Some(solution.iter().zip(&steps).map(|(x, z)| narrow(x + widen(*z))).collect());
+            eprintln!("iterations {it}"); return Some(solution.iter().zip(&steps).map(|(x, z)| narrow(x + widen(*z))).collect());
         }
     }
     None

@@ -55,7 +55,7 @@ mod panels;
 mod parity_classes;
 mod reception;
 mod surface_pressure;
-mod sweep;
+pub(crate) mod sweep;
 
 use dense_system::ClassSystem;
 use far::{ClassMatrix, FarSystem};
@@ -316,7 +316,8 @@ impl TriangleSolver {
     fn cell_pressures(&self, wavenumber: f64) -> Result<Vec<[Complex64; RIGID_DOFS]>, RadiationError> {
         // Assembly and factorisation of each parity class.
         let k = wavenumber * self.radius;
-        let swept = self.sweep.as_ref().filter(|sweep| sweep.covers(k)).and_then(|sweep| sweep.solve(self, k));
+        let swept =
+            self.sweep.as_ref().filter(|sweep| sweep.covers(k)).and_then(|sweep| sweep.solve(self, k));
         let solutions = swept.unwrap_or_else(|| self.assemble(wavenumber).solve());
         let mut of_cell = vec![[Complex64::ZERO; RIGID_DOFS]; self.panels.vertices.len()];
         for (class, solution) in self.classes.iter().zip(&solutions) {

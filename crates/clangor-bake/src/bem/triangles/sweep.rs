@@ -17,7 +17,7 @@
 //! Not for wavenumbers below 1/R, where γ is another function of k, nor for bodies whose tables do not fit in
 //! [`MEMORY`].
 
-mod anchors;
+pub(crate) mod anchors;
 mod chebyshev;
 mod entry_table;
 mod load_table;
@@ -37,8 +37,10 @@ use super::{TriangleSolver, narrow};
 
 /// Lowest wavenumber of the tables [1/R].
 const LOWEST: f64 = 1.0;
+/// Lowest end of a band that is worth its tables [1/R].
+pub(crate) const SHORTEST: f64 = 4.0;
 /// Memory of the tables and the factors [bytes].
-const MEMORY: usize = 3 << 30;
+pub(crate) const MEMORY: usize = 3 << 30;
 
 /// Least error of a solution: that of single precision.
 const LEAST_ERROR: f64 = 1e-5;
@@ -69,7 +71,7 @@ impl TriangleSolver {
     pub fn for_many_wavenumbers(self, highest: f64, error: f64) -> Self {
         let band = Band { lowest: LOWEST, highest: highest * self.radius, error: error.max(LEAST_ERROR) };
         let tables = EntryTable::bytes(&self, &band);
-        let sweep = (band.highest > 2.0 * LOWEST && tables <= MEMORY).then(|| Sweep {
+        let sweep = (band.highest > SHORTEST && tables <= MEMORY).then(|| Sweep {
             band,
             tables: OnceLock::new(),
             anchors: Anchors::new(&self.classes, &band, MEMORY - tables),
@@ -90,24 +92,19 @@ impl Sweep {
         if covered.is_empty() {
             return;
         }
-        self.tables.get_or_init(|| {let t0=crate::bem::triangles::sweep::cpu(); let a=EntryTable::new(solver, &self.band); let t1=cpu(); let b=LoadTable::new(solver, &self.band); eprintln!("entries {:.2} loads {:.2}",t1-t0,cpu()-t1);(a,b)});
-let t0=cpu();
+        self.tables.get_or_init(|| (EntryTable::new(solver, &self.band), LoadTable::new(solver, &self.band)));
         let needed = self.anchors.missing(&covered);
         needed.into_par_iter().for_each(|anchor| {
             let systems = self.systems(solver, self.anchors.wavenumber(anchor));
             self.anchors.factorise(anchor, systems.unwrap_or_default());
         });
-eprintln!("anchors {:.2} of {}",cpu()-t0,self.anchors.missing(&[]).len());
     }
 
     /// The unknowns of each parity class at a wavenumber [1/R], one motion after the other; `None` before
     /// [`prepare`](Self::prepare).
     pub(super) fn solve(&self, solver: &TriangleSolver, k: f64) -> Option<Vec<Vec<Complex32>>> {
-let t0=cpu();
         let systems = self.systems(solver, k)?;
-let t1=cpu();
-        let r=Some(self.anchors.solve(k, systems));
-eprintln!("system {:.3} solve {:.3}",t1-t0,cpu()-t1); r
+        Some(self.anchors.solve(k, systems))
     }
 
     /// The systems at a wavenumber [1/R].
@@ -122,5 +119,3 @@ eprintln!("system {:.3} solve {:.3}",t1-t0,cpu()-t1); r
         Some(systems.collect())
     }
 }
-
-pub fn cpu()->f64{let mut s=0.0; for e in std::fs::read_dir("/proc/self/task").unwrap(){ let p=e.unwrap().path().join("schedstat"); if let Ok(t)=std::fs::read_to_string(p){s+=t.split_whitespace().next().unwrap().parse::<f64>().unwrap()*1e-9}} s}

@@ -10,8 +10,11 @@ use crate::bem::triangles::dense_system::{ClassSystem, Factors};
 use crate::bem::triangles::parity_classes::ParityClass;
 
 /// Spacing of the anchors where memory allows it, and the largest that saves time [1/R].
-const SPACING: f64 = 1.5;
-const WIDEST: f64 = 3.0;
+pub(crate) const SPACING: f64 = 1.5;
+pub(crate) const WIDEST: f64 = 3.0;
+
+/// Unknowns of a class up to which factors of its own take no longer than the iteration.
+pub(crate) const FEW: usize = 1200;
 
 /// The anchors of a band.
 #[derive(Clone, Debug)]
@@ -30,14 +33,15 @@ struct Anchor {
 }
 
 impl Anchors {
-    /// As many as fit in so many bytes; none where these are too few.
+    /// As many as fit in so many bytes; none where these are too few, or the systems small.
     pub(super) fn new(classes: &[ParityClass], band: &Band, memory: usize) -> Self {
         let entries: usize = classes.iter().map(|class| class.size * class.size).sum();
         let most = memory / (entries.max(1) * size_of::<Complex32>());
         let wanted = ((band.highest - band.lowest) / SPACING).ceil().max(1.0) as usize;
         let count = wanted.min(most);
         let spacing = (band.highest - band.lowest) / count.max(1) as f64;
-        let count = if spacing <= WIDEST { count } else { 0 };
+        let largest = classes.iter().map(|class| class.size).max().unwrap_or(0);
+        let count = if spacing <= WIDEST && largest > FEW { count } else { 0 };
         Self { lowest: band.lowest, error: band.error, spacing, anchors: vec![OnceLock::new(); count] }
     }
 

@@ -4,9 +4,9 @@
 use num_complex::Complex32;
 use rayon::prelude::*;
 
+use super::Band;
 use super::chebyshev::{count, nodes, weights};
 use super::phased_column::{PhasedColumn, Points, stride};
-use super::Band;
 use crate::bem::triangles::TriangleSolver;
 use crate::bem::triangles::far::ClassMatrix;
 use crate::bem::triangles::parity_classes::ParityClass;

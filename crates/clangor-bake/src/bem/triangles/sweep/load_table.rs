@@ -42,7 +42,9 @@ impl LoadTable {
         let weights: Vec<Complex64> = weights(&self.nodes, k).into_iter().map(|w| delay * w).collect();
         let vertices = self.values.first().map_or(0, Vec::len);
         let of_vertex = |v: usize| {
-            std::array::from_fn(|d| weights.iter().zip(&self.values).map(|(w, values)| w * values[v][d]).sum())
+            std::array::from_fn(|d| {
+                weights.iter().zip(&self.values).map(|(w, values)| w * values[v][d]).sum()
+            })
         };
         (0..vertices).map(of_vertex).collect()
     }

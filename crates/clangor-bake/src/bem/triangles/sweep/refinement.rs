@@ -39,7 +39,7 @@ pub(super) fn refine(system: &ClassSystem, start: Start<'_>, error: f64) -> Opti
     let mut solution = vec![Complex64::ZERO; residual.len()];
     let mut directions: Vec<Direction> = Vec::new();
     let mut steps = start.solution.to_vec();
-    for it in 0..MOST {
+    for _ in 0..MOST {
         let images = product(&system.matrix, system.size, &steps);
         for (step, image) in steps.chunks_exact(size).zip(images.chunks_exact(size)) {
             let Some(direction) = Direction::new(step, image, &directions) else { continue };
@@ -58,7 +58,7 @@ pub(super) fn refine(system: &ClassSystem, start: Start<'_>, error: f64) -> Opti
             left <= error * error * length(solution)
         };
         if steps.chunks_exact(size).zip(solution.chunks_exact(size)).all(is_solved) {
-            eprintln!("iterations {it}"); return Some(solution.iter().zip(&steps).map(|(x, z)| narrow(x + widen(*z))).collect());
+            return Some(solution.iter().zip(&steps).map(|(x, z)| narrow(x + widen(*z))).collect());
         }
     }
     None
@@ -99,4 +99,43 @@ fn length(a: &[Complex64]) -> f64 {
 
 fn add(to: &mut [Complex64], what: &[Complex64], share: Complex64) {
     to.iter_mut().zip(what).for_each(|(to, what)| *to += share * what);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: usize = 80;
+
+    /// Points on a helix, coupled by waves, with two right-hand sides.
+    fn system(k: f32) -> ClassSystem {
+        let at = |i: usize| {
+            let angle = 0.3 * i as f32;
+            [angle.cos(), angle.sin(), 0.02 * i as f32]
+        };
+        let entry = |place: usize| {
+            let (i, j) = (at(place % SIZE), at(place / SIZE));
+            let r = i.iter().zip(j).map(|(a, b)| (a - b).powi(2)).sum::<f32>().sqrt();
+            let own = if place % SIZE == place / SIZE { 1.0 } else { 0.0 };
+            Complex32::from_polar(0.05 / (0.1 + r), -k * r) + own
+        };
+        let right = (0..2 * SIZE).map(|i| Complex32::cis(k * at(i % SIZE)[i / SIZE])).collect();
+        ClassSystem { size: SIZE, matrix: (0..SIZE * SIZE).map(entry).collect(), right }
+    }
+
+    #[test]
+    fn cross_a_neighbour_s_factors_solve_a_system_to_the_error() {
+        let neighbour = system(2.6);
+        let factors = Factors::new(neighbour.matrix, SIZE);
+        let mut solution = neighbour.right;
+        factors.solve(&mut solution);
+        let exact = system(3.0).solve();
+        let size = exact.iter().map(Complex32::norm_sqr).sum::<f32>();
+        for error in [1e-2, 1e-3, 1e-4] {
+            let start = Start { factors: &factors, solution: &solution };
+            let found = refine(&system(3.0), start, error).expect("near");
+            let off = found.iter().zip(&exact).map(|(a, b)| (a - b).norm_sqr()).sum::<f32>();
+            assert!(f64::from((off / size).sqrt()) < error, "{error}: {}", (off / size).sqrt());
+        }
+    }
 }

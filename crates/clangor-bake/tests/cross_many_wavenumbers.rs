@@ -41,8 +41,8 @@ fn cross_tables_of_a_band_give_the_systems_assembled_one_by_one() {
             let found = swept.solve(&wavenumbers, ORDER).expect("finite");
             for (found, exact) in found.iter().zip(&exact) {
                 let seen = errors(found, exact);
-                println!("{} {error:e} {:.3} {seen:?}", single.unknowns(), exact.wavenumber.re * radius);
-                assert!(seen.iter().all(|e| *e < 3.0 * error.max(1e-5)), "{error:e}: {seen:?}");
+                // Residuals seen: 0.29 of the error, 0.42 of the smaller one.
+                assert!(seen.iter().all(|e| *e < 0.7 * error), "{error:e}: {seen:?}");
             }
             // Below the band nothing is interpolated.
             assert_eq!(found[0], exact[0]);

@@ -27,6 +27,8 @@
 //! each plane has the same parity. Each combination that occurs among the six motions, a parity class, is a
 //! system over the cell alone.
 //!
+//! Solves at many wavenumbers of a band share their systems (`sweep`).
+//!
 //! Not for open sheets, nor for bodies that need more than [`MOST_UNKNOWNS`] in a class.
 
 use std::borrow::Cow;

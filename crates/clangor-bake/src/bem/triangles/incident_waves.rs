@@ -22,15 +22,15 @@ use super::{TriangleSolver, narrow};
 /// Points of the quadrature on a triangle.
 const POINTS: usize = 6;
 /// Most memory of the harmonics [bytes].
-const MEMORY: usize = 512 << 20;
+const MEMORY: usize = 1 << 30;
 
 /// Solid harmonics and their normal slopes at the quadrature points of all triangles.
 #[derive(Clone, Debug)]
 pub struct SurfaceHarmonics {
     /// Highest order.
     order: usize,
-    /// By triangle, point, and value or slope; rounding errors average out over the surface.
-    values: Vec<f32>,
+    /// By triangle, point, and value or slope.
+    values: Vec<f64>,
 }
 
 /// What a wavenumber and its harmonics have in common.
@@ -47,10 +47,10 @@ impl TriangleSolver {
     pub fn surface_harmonics(&self, order: usize, radius: f64) -> Option<SurfaceHarmonics> {
         let share = 2 * POINTS * count(order);
         let triangles = self.panels.triangles.len();
-        if share * triangles * size_of::<f32>() > MEMORY {
+        if share * triangles * size_of::<f64>() > MEMORY {
             return None;
         }
-        let mut values = vec![0.0_f32; share * triangles];
+        let mut values = vec![0.0; share * triangles];
         let scale = self.radius / radius;
         values.par_chunks_exact_mut(share).enumerate().for_each(|(t, values)| {
             self.harmonics_on(t, scale, order, values);
@@ -59,15 +59,15 @@ impl TriangleSolver {
     }
 
     /// Harmonics and their normal slopes at the points of a triangle.
-    fn harmonics_on(&self, t: usize, scale: f64, order: usize, values: &mut [f32]) {
+    fn harmonics_on(&self, t: usize, scale: f64, order: usize, values: &mut [f64]) {
         let normal = self.panels.normals[t];
         let (mut harmonics, mut gradients) = (Vec::new(), Vec::new());
         for ((shares, _), values) in six_points().iter().zip(values.chunks_exact_mut(2 * count(order))) {
             let x = self.panels.point(t, *shares) * scale;
             solid_harmonics_with_gradient(x, order, &mut harmonics, &mut gradients);
             let (of_harmonics, of_slopes) = values.split_at_mut(count(order));
-            of_harmonics.iter_mut().zip(&harmonics).for_each(|(value, y)| *value = *y as f32);
-            of_slopes.iter_mut().zip(&gradients).for_each(|(slope, g)| *slope = g.dot(normal) as f32);
+            of_harmonics.copy_from_slice(&harmonics);
+            of_slopes.iter_mut().zip(&gradients).for_each(|(slope, g)| *slope = g.dot(normal));
         }
     }
 
@@ -92,7 +92,7 @@ impl TriangleSolver {
         let known = known.filter(|known| known.order >= order);
         let stored = known.map_or(order, |known| known.order);
         let share = 2 * POINTS * count(stored);
-        let mut own = vec![0.0_f32; if known.is_some() { 0 } else { share }];
+        let mut own = vec![0.0; if known.is_some() { 0 } else { share }];
         let mut sums = vec![[0.0; 2]; 3 * count(order)];
         for t in 0..self.panels.triangles.len() {
             let harmonics = match known {
@@ -141,7 +141,7 @@ impl TriangleSolver {
         let known = known.filter(|known| known.order >= order);
         let stored = known.map_or(order, |known| known.order);
         let share = 2 * POINTS * count(stored);
-        let mut own = vec![0.0_f32; if known.is_some() { 0 } else { share }];
+        let mut own = vec![0.0; if known.is_some() { 0 } else { share }];
         let mut sums = vec![[0.0; 2]; 3 * count(order)];
         // Real and imaginary parts of the integrals over the cell, for each harmonic and motion.
         let mut parts = vec![[0.0; 2 * RIGID_DOFS]; count(order)];
@@ -187,7 +187,7 @@ impl TriangleSolver {
     }
 
     /// u + γ ∂u/∂n on a triangle against its three shape functions, by corner and harmonic.
-    fn tested(&self, t: usize, wave: &Wave, harmonics: &[f32], stored: usize, sums: &mut [[f64; 2]]) {
+    fn tested(&self, t: usize, wave: &Wave, harmonics: &[f64], stored: usize, sums: &mut [[f64; 2]]) {
         let Wave { square, coupling, scale, order } = *wave;
         let normal: DVec3 = self.panels.normals[t];
         let mut radial = Vec::new();
@@ -201,9 +201,8 @@ impl TriangleSolver {
                 let (here, above) = (radial[n].re, square * radial[n + 1].re * along);
                 let of_order = n * n..(n + 1) * (n + 1);
                 for i in of_order {
-                    let (own, along) = (f64::from(values[i]), f64::from(slopes[i]));
-                    let slope = here * along - above * own;
-                    let value = [here * own, -coupling * slope];
+                    let slope = here * slopes[i] - above * values[i];
+                    let value = [here * values[i], -coupling * slope];
                     for (corner, share) in shares.iter().enumerate() {
                         let sum = &mut sums[corner * count(order) + i];
                         sum[0] += weight * share * value[0];

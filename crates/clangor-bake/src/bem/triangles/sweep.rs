@@ -62,8 +62,8 @@ pub(super) struct Sweep {
 }
 
 impl TriangleSolver {
-    /// Prepares for solves at many wavenumbers up to `highest` [1/m], with a relative `error` that the triangles
-    /// do not have: at least [`LEAST_ERROR`].
+    /// Prepares for solves at many wavenumbers up to `highest` [1/m], with a relative `error` besides that of
+    /// the triangles: 1e-5 or more.
     ///
     /// Worth its memory from some twenty solves on. A body that is too large or whose band is too low for it
     /// is solved as before.

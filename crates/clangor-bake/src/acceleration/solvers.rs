@@ -116,8 +116,9 @@ fn meridian(Axisymmetry { meridian, axis }: &Axisymmetry<'_>, options: &BakeOpti
     }
 }
 
-/// Share of the error left to what the wavenumbers of a band share.
-const SWEEP_SHARE: f64 = 0.03;
+/// Share of the error left to what the wavenumbers of a band share: ten times as much at the resonances of a
+/// cavity.
+const SWEEP_SHARE: f64 = 0.01;
 
 /// Boundary elements on triangles.
 fn triangles(

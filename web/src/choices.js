@@ -29,6 +29,16 @@ export function radioButtons(group, options, chosen, change) {
 }
 
 /**
+ * Scrolls a group to its chosen button, where the group is wider than its place.
+ * @param {HTMLElement} group
+ */
+export function showChosen(group) {
+  const chosen = group.querySelector('input:checked')?.parentElement;
+  if (!chosen) return;
+  group.scrollLeft = chosen.offsetLeft - (group.clientWidth - chosen.offsetWidth) / 2;
+}
+
+/**
  * Fills a list.
  * @param {HTMLSelectElement} list
  * @param {Record<string, string>} options value and name

@@ -1,9 +1,10 @@
 // Buttons, sliders and lists: their actions and displays.
 
-import { radioButtons, selection } from './choices.js';
+import { radioButtons, selection, showChosen } from './choices.js';
 import { KEPT } from './history.js';
 import { pascals } from './level-meter.js';
 import { readRun } from './exported-run.js';
+import { reason } from './messages.js';
 import { presetOfRun, PRESETS } from './presets.js';
 import { BALL_MATERIALS, COUNTS, WALL_MATERIALS } from './sphere-box.js';
 import { MALLETS } from './strike.js';
@@ -11,11 +12,8 @@ import { MALLETS } from './strike.js';
 /** Replay rates. */
 const RATES = { 1: '1×', 0.5: '½', 0.25: '¼', 0.1: '⅒' };
 
-/** Events within this time after the first gesture belong to it [ms]. */
-const GESTURE = 700;
-
-/** Width of windows on which settings lie over the picture [CSS pixels]; as in style.css. */
-const SMALL = 760;
+/** Smaller windows begin with the settings closed [em of the reader's letters]. */
+const SMALL = '(width <= 48em) or (height <= 34em)';
 
 /** Pressure at full scale and its level re 20 µPa. @param {number} value [Pa] */
 const fullScaleText = (value) => `${pascals(value)} · ${(20 * Math.log10(value / 20e-6)).toFixed(0)} dB`;
@@ -46,14 +44,26 @@ export class Controls {
     this.report = null;
     this.lastEars = '';
     this.roomOn = false;
-    this.woken = false;
-    this.wokenAt = -Infinity;
+    /** Whether the present gesture turns the sound on. */
+    this.waking = false;
+    /** Whether the page answers the first gesture itself, where that gesture did nothing that is heard. */
+    this.answers = false;
     this.bindScene();
     this.bindBalls();
     this.bindListening();
     this.bindTransport();
-    for (const kind of ['pointerup', 'click']) addEventListener(kind, () => this.wake(false));
-    addEventListener('keydown', () => this.wake(true));
+    for (const kind of ['pointerdown', 'keydown']) {
+      addEventListener(kind, () => (this.waking = false), { capture: true });
+    }
+    for (const kind of ['pointerdown', 'pointerup', 'click', 'keydown']) {
+      addEventListener(kind, () => this.wake(), { capture: true });
+    }
+    for (const [source, kind] of [
+      [sound, 'on'],
+      [stage, 'scene'],
+    ]) {
+      /** @type {EventTarget} */ (source).addEventListener(/** @type {string} */ (kind), () => this.answer());
+    }
     // A clicked button loses the focus, so that the space bar pauses and does not press the button again.
     addEventListener('click', (event) => {
       const target = /** @type {HTMLElement} */ (event.target);
@@ -61,22 +71,22 @@ export class Controls {
         picture.canvas.focus({ preventScroll: true });
       }
     });
-    // Small windows start with the settings hidden.
-    if (innerWidth <= SMALL) this.showSettings(false);
-    addEventListener('resize', () => this.leaveRoom());
+    if (matchMedia(SMALL).matches) this.showSettings(false);
+    new ResizeObserver(() => this.leaveRoom()).observe(element('free'));
     this.leaveRoom();
+    this.showSound();
   }
 
-  /** Sets the areas that cover the picture. */
+  /** Tells the picture which part of the window is free. */
   leaveRoom() {
-    const settings = element('settings').getBoundingClientRect();
-    const beside = innerWidth > SMALL && settings.width > 0;
+    const free = element('free').getBoundingClientRect();
     this.picture.cover({
-      top: element('top').getBoundingClientRect().bottom,
-      right: beside ? innerWidth - settings.left : 0,
-      bottom: innerHeight - element('dock').getBoundingClientRect().top,
-      left: 0,
+      top: free.top,
+      right: innerWidth - free.right,
+      bottom: innerHeight - free.bottom,
+      left: free.left,
     });
+    for (const group of ['presets', 'rate']) showChosen(element(group));
   }
 
   bindScene() {
@@ -85,7 +95,6 @@ export class Controls {
       const preset = PRESETS.find((candidate) => candidate.id === id);
       if (preset) this.choose(preset);
     });
-    element('wake').addEventListener('click', () => this.drop());
     element('drop').addEventListener('click', () => this.drop());
     element('throw').addEventListener('click', () => this.throwSomething());
     element('strike').addEventListener('click', () => this.strikeSomething());
@@ -171,7 +180,7 @@ export class Controls {
     element('full-scale').addEventListener('input', () => {
       this.setFullScale(10 ** element('full-scale').valueAsNumber);
     });
-    this.sound.addEventListener('on', () => this.showSound());
+    for (const kind of ['on', 'state']) this.sound.addEventListener(kind, () => this.showSound());
   }
 
   bindTransport() {
@@ -199,8 +208,9 @@ export class Controls {
   /** @param {import('./presets.js').Preset} preset */
   async choose(preset) {
     this.markPreset(preset.id);
+    showChosen(element('presets'));
     history.replaceState(null, '', `#${preset.id}`);
-    element('story').textContent = preset.story;
+    for (const id of ['story', 'story-in-settings']) element(id).textContent = preset.story;
     element('how').textContent = preset.how;
     const strikes = preset.objects !== undefined;
     document.body.dataset.finished = String(preset.run !== undefined);
@@ -219,7 +229,7 @@ export class Controls {
     try {
       await this.stage.load(preset);
     } catch (error) {
-      this.complain(error instanceof Error ? error.message : String(error));
+      this.complain(reason(error, 'the scene could not be loaded: reload the page'));
     }
     if (box) this.stage.drop.radius = this.stage.box.radius;
     this.showBalls();
@@ -234,7 +244,7 @@ export class Controls {
       const run = readRun(new Uint8Array(await file.arrayBuffer()));
       await this.choose(presetOfRun(run, file.name));
     } catch (error) {
-      this.complain(`${file.name}: ${error instanceof Error ? error.message : error}`);
+      this.complain(`${file.name}: ${reason(error, 'the file is damaged')}`);
     }
   }
 
@@ -272,25 +282,30 @@ export class Controls {
 
   /**
    * Turns the sound on; browsers require a gesture.
-   * @param {boolean} drop whether the first gesture also drops a ball
+   * @param {boolean} allowed whether the browser takes the present event for one
    */
-  wake(drop) {
-    if (this.sound.on) return;
-    const first = !this.woken;
-    if (first) this.wokenAt = performance.now();
-    this.woken = true;
+  wake(allowed = navigator.userActivation?.isActive !== false) {
+    if (this.sound.on || !allowed) return;
+    this.waking = true;
+    if (!this.sound.starting) this.answers = true;
     this.sound
       .start((port, sampleRate) => this.stage.world.connect(port, sampleRate))
       .then(() => this.showSound())
-      .catch((error) => this.complain(`No sound: ${error.message}`));
-    if (first && drop) this.drop();
+      .catch((error) => this.complain(`There is no sound: ${reason(error, 'the browser cannot play it')}`));
+  }
+
+  /** What is heard after the first gesture, where neither that gesture nor the scene makes a sound. */
+  answer() {
+    const { sound, stage } = this;
+    if (!this.answers || !sound.on || !stage.ready) return;
+    this.answers = false;
+    const still = stage.objects.length > 0 || stage.preset.rain !== undefined;
+    if (still && stage.actions === 0) this.drop();
   }
 
   toggleSound() {
-    // The gesture that has just turned the sound on does not mute it.
-    const waking = performance.now() - this.wokenAt < GESTURE;
-    if (!this.sound.on) this.wake(true);
-    else if (!waking) this.sound.mute(!this.sound.muted);
+    // The gesture that turns the sound on does not mute it.
+    if (this.sound.on && !this.waking) this.sound.mute(!this.sound.muted);
     this.showSound();
   }
 
@@ -307,7 +322,9 @@ export class Controls {
   }
 
   again() {
-    this.stage.again().catch((error) => this.complain(error.message));
+    this.stage
+      .again()
+      .catch((error) => this.complain(reason(error, 'the scene could not be loaded: reload the page')));
   }
 
   toggleGravity() {
@@ -379,7 +396,8 @@ export class Controls {
     const { start, end } = transport.history;
     const before = Math.min(0, time - end);
     const scrub = element('scrub');
-    scrub.min = Math.max(-KEPT, start - end).toFixed(2);
+    // Of a length even at the beginning, so that its knob is at the end.
+    scrub.min = Math.min(-0.1, Math.max(-KEPT, start - end)).toFixed(2);
     const live = transport.mode === 'live';
     if (document.activeElement !== scrub || transport.mode !== 'paused') {
       scrub.value = live ? 0 : before;
@@ -404,12 +422,9 @@ export class Controls {
     const { stage, listeners, picture } = this;
     const hint = element('hint-at-pointer');
     return {
-      wake: () => this.wake(false),
+      listenFrom: (index) => this.listenFrom(String(index)),
       throwBall: (body, velocity) => stage.throwBall(body, velocity.toArray()),
-      drop: (place) => {
-        place.y = Math.max(place.y, picture.planes.floorHeight + 1.05 * stage.drop.radius);
-        stage.dropAt(place.toArray());
-      },
+      drop: (place) => stage.dropAt(place.toArray()),
       strike: ({ object, point }) => stage.strike(object, point),
       moveListener: (index, place) => {
         listeners.move(index, place);

@@ -6,16 +6,21 @@ const ROWS = 40;
 /** Largest number of rows added per frame. */
 const ROWS_PER_UPDATE = 8;
 
+/** Impacts of the page come at most this much after their time, when the machine is busy [s]. */
+const LATEST = 2;
+
 export class EventLog {
   /** @param {HTMLElement} list */
   constructor(list) {
     this.list = list;
-    this.shownUntil = 0;
+    this.clear();
   }
 
   clear() {
     this.list.replaceChildren();
-    this.shownUntil = 0;
+    this.shownUntil = -Infinity;
+    /** @type {WeakSet<import('./history.js').Contact>} */
+    this.shown = new WeakSet();
   }
 
   /**
@@ -25,9 +30,11 @@ export class EventLog {
    */
   update(history, time, nameOf) {
     if (time < this.shownUntil) this.clear();
-    const latest = history.contactsBetween(this.shownUntil, time).slice(-ROWS_PER_UPDATE);
+    const since = this.shownUntil - LATEST;
+    const fresh = history.contactsBetween(since, time).filter((contact) => !this.shown.has(contact));
     this.shownUntil = time;
-    for (const contact of latest) {
+    for (const contact of fresh) this.shown.add(contact);
+    for (const contact of fresh.slice(-ROWS_PER_UPDATE)) {
       const row = document.createElement('li');
       const pair = [contact.bodyA, contact.bodyB].filter((body) => body !== -1).map(nameOf);
       for (const [kind, text] of [

@@ -2,6 +2,7 @@
 // It is replayed as a history, without simulation; the listener can move.
 
 import { EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from './event-layout.js';
+import { Refusal } from './messages.js';
 import { openTensors } from './model-file.js';
 
 /** Numbers of an event in files of version 1, which have no force histories. */
@@ -32,8 +33,10 @@ const STRIDE_OF_VERSION_1 = 24;
 export function readRun(file) {
   const { about, array } = openTensors(file);
   if (about.kind !== 'replay' || ![1, 2].includes(about.version)) {
-    throw new Error(
-      `this is ${about.kind ?? 'something'}, version ${about.version}, not a replay of version 1 or 2`,
+    throw new Refusal(
+      about.kind === 'replay'
+        ? `this is a run of version ${about.version}; the page reads versions 1 and 2`
+        : 'this file of Clangor is no run: `clangor export web` writes one',
     );
   }
   const rows = new Float32Array(array('poses'));

@@ -1,6 +1,6 @@
-// Gestures of mouse, pen and touch on the picture: drag a ball to throw it, drag a listener to move it, tap
-// an object to strike it, tap the background to drop a ball, drag the background to rotate the view, pinch or
-// wheel to zoom.
+// Gestures of mouse, pen and touch on the picture: drag a ball to throw it, drag a listener to move it, tap it
+// to listen there, tap an object to strike it, tap the background to drop a ball, drag the background to rotate
+// the view, pinch or wheel to zoom.
 
 import { Vector3 } from 'three';
 
@@ -11,6 +11,10 @@ const TAP_SLACK = 7;
 const FINGER_SLACK = 16;
 const MOUSE_SLACK = 4;
 
+/** Radius of the head of a listener, for touch and mouse [CSS pixels]. */
+const FINGER_HEAD = 24;
+const MOUSE_HEAD = 18;
+
 /** Rotation of the view [rad] per pixel of dragging. */
 const ORBIT_RATE = 0.006;
 
@@ -19,7 +23,7 @@ const ORBIT_RATE = 0.006;
 
 /**
  * @typedef {object} Actions
- * @property {() => void} wake any gesture at all
+ * @property {(index: number) => void} listenFrom
  * @property {(body: number, velocity: Vector3) => void} throwBall
  * @property {(place: Vector3) => void} drop
  * @property {(hit: Hit) => void} strike
@@ -69,7 +73,6 @@ export class Gestures {
 
   /** @param {PointerEvent} event */
   down(event) {
-    this.actions.wake();
     this.canvas.setPointerCapture(event.pointerId);
     const at = this.at(event);
     this.pointers.set(event.pointerId, at);
@@ -80,13 +83,13 @@ export class Gestures {
       return;
     }
     this.moved = 0;
-    const listener = this.listenerAt(at);
+    const mouse = event.pointerType === 'mouse';
+    const listener = this.listenerAt(at, mouse ? MOUSE_HEAD : FINGER_HEAD);
     if (listener >= 0) {
       this.held = { kind: 'listener', index: listener };
       return;
     }
-    const slack = event.pointerType === 'mouse' ? MOUSE_SLACK : FINGER_SLACK;
-    const ball = this.picture.ballAt(at.x, at.y, slack);
+    const ball = this.picture.ballAt(at.x, at.y, mouse ? MOUSE_SLACK : FINGER_SLACK);
     if (ball) {
       this.held = { kind: 'ball', ...ball };
       return;
@@ -100,14 +103,14 @@ export class Gestures {
     this.held = { kind: 'air' };
   }
 
-  /** @param {{ x: number, y: number }} at */
-  listenerAt(at) {
+  /** @param {{ x: number, y: number }} at @param {number} radius [CSS pixels] */
+  listenerAt(at, radius) {
     const { clientWidth, clientHeight } = this.canvas;
     return this.listeners.places.findIndex((place) => {
       const seen = place.clone().project(this.picture.view.camera);
       const x = (0.5 + 0.5 * seen.x) * clientWidth;
       const y = (0.5 - 0.5 * seen.y) * clientHeight;
-      return seen.z < 1 && Math.hypot(x - at.x, y - at.y) < 18;
+      return seen.z < 1 && Math.hypot(x - at.x, y - at.y) < radius;
     });
   }
 
@@ -164,6 +167,8 @@ export class Gestures {
             .sub(held.place)
             .multiplyScalar(this.actions.throwRate());
       this.actions.throwBall(held.body, velocity);
+    } else if (held.kind === 'listener' && tapped) {
+      this.actions.listenFrom(held.index);
     } else if (held.kind === 'air' && tapped) {
       this.actions.drop(this.picture.pointFacing(at.x, at.y, this.picture.view.target));
     }

@@ -70,6 +70,14 @@ export class History {
     for (const event of events) this.addEvent(event);
   }
 
+  /** Inserts a contact in order of time. @param {Contact} contact */
+  addContact(contact) {
+    const { contacts } = this;
+    let at = contacts.length;
+    while (at > 0 && contacts[at - 1].time > contact.time) at -= 1;
+    contacts.splice(at, 0, contact);
+  }
+
   /** @param {Float64Array} event one row, on the world's clock */
   addEvent(event) {
     this.events.push({ time: event[EVENT.time], event });

@@ -50,7 +50,6 @@ export class Keyboard {
     const action = this.keys[key];
     if (!action) return;
     event.preventDefault();
-    controls.wake(false);
     action();
   }
 }

@@ -31,13 +31,14 @@ export class ListenersPicture {
    * @param {import('three').Camera} camera
    * @param {number} width of the picture in CSS pixels
    * @param {number} height
+   * @param {{ top: number, right: number, bottom: number, left: number }} covered at its edges
    */
-  update(listeners, camera, width, height) {
+  update(listeners, camera, width, height, covered) {
     this.marks.forEach(({ thread, material, head }, index) => {
       const place = listeners.places[index];
       const at = place?.clone().project(camera);
-      head.hidden = !at || at.z >= 1;
       thread.visible = place !== undefined && Number.isFinite(listeners.floorHeight);
+      head.hidden = !at || at.z >= 1;
       if (!at) return;
       const active = index === listeners.active && !listeners.followsCamera;
       thread.position.copy(place);
@@ -46,6 +47,9 @@ export class ListenersPicture {
       head.classList.toggle('active', active);
       const x = (0.5 + 0.5 * at.x) * width;
       const y = (0.5 - 0.5 * at.y) * height;
+      const free =
+        x > covered.left && x < width - covered.right && y > covered.top && y < height - covered.bottom;
+      head.hidden ||= !free;
       head.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
     });
   }

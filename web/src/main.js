@@ -11,6 +11,7 @@ import { History } from './history.js';
 import { Keyboard } from './keyboard.js';
 import { LevelMeter } from './level-meter.js';
 import { Listeners } from './listeners.js';
+import { reason, Refusal, sentence } from './messages.js';
 import { Picture } from './picture.js';
 import { PRESETS } from './presets.js';
 import { Recorder } from './recorder.js';
@@ -30,7 +31,7 @@ const element = (id) => /** @type {HTMLElement} */ (document.getElementById(id))
 /** @param {string} text */
 function complain(text) {
   const place = element('trouble');
-  place.textContent = text;
+  place.textContent = sentence(text);
   place.hidden = false;
   clearTimeout(complain.timer);
   complain.timer = setTimeout(() => (place.hidden = true), 8000);
@@ -38,8 +39,29 @@ function complain(text) {
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 complain.timer = undefined;
 
+async function loadModule() {
+  try {
+    return await WebAssembly.compileStreaming(fetch(new URL('clangor.wasm', document.baseURI)));
+  } catch (error) {
+    console.warn(error);
+    throw new Refusal('clangor.wasm, which computes the sound, could not be loaded: reload the page');
+  }
+}
+
+function openPicture() {
+  try {
+    return new Picture(/** @type {HTMLCanvasElement} */ (element('picture')), element('overlay'));
+  } catch (error) {
+    console.warn(error);
+    throw new Refusal('this browser draws no pictures in three dimensions (WebGL 2), which the page needs');
+  }
+}
+
 async function open() {
-  const module = await WebAssembly.compileStreaming(fetch(new URL('clangor.wasm', document.baseURI)));
+  // A gesture while the page is still loading counts.
+  let tapped = false;
+  for (const kind of ['pointerup', 'keydown']) addEventListener(kind, () => (tapped = true), { once: true });
+  const module = await loadModule();
   const world = new World(module);
   const sound = new Sound(module);
   const history = new History();
@@ -47,7 +69,7 @@ async function open() {
   const stage = new Stage(world, sound, history, transport, new Strikes(module));
   const listeners = new Listeners();
   const recorder = new Recorder(sound);
-  const picture = new Picture(/** @type {HTMLCanvasElement} */ (element('picture')), element('overlay'));
+  const picture = openPicture();
   const spectrogram = new Spectrogram(/** @type {HTMLCanvasElement} */ (element('spectrogram')));
   for (const { text, part } of Spectrogram.marks()) {
     const mark = document.createElement('span');
@@ -69,7 +91,7 @@ async function open() {
     listeners.floorHeight = picture.planes.floorHeight;
   });
   stage.addEventListener('scene', () => {
-    picture.view.set(stage.preset.view);
+    picture.look(stage.preset.view);
     picture.solids.setObjects(stage.objects);
     log.clear();
   });
@@ -82,7 +104,7 @@ async function open() {
   let frames = 0;
   const draw = () => {
     requestAnimationFrame(draw);
-    if (!sound.on) world.tick(performance.now() / 1000);
+    if (!sound.on && !sound.starting && stage.movesUnheard) world.tick(performance.now() / 1000);
     const time = transport.shown();
     picture.draw(history, time, listeners);
     controls.followEars();
@@ -100,7 +122,10 @@ async function open() {
   });
   const wanted = PRESETS.find((preset) => preset.id === location.hash.slice(1));
   await controls.choose(wanted ?? PRESETS[0]);
+  if (tapped) controls.wake(true);
   requestAnimationFrame(draw);
 }
 
-open().catch((error) => complain(`The page could not start: ${error.message}`));
+open().catch((error) =>
+  complain(`The page could not start: ${reason(error, 'reload it, or try another browser')}`),
+);

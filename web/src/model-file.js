@@ -11,20 +11,47 @@
  * @property {number} radius bounding radius [m]
  */
 
+import { Refusal } from './messages.js';
+
+/** Bytes of the length of the header, before it. */
+const LENGTH_BYTES = 8;
+
 /**
- * Opens a safetensors file of Clangor.
+ * Opens a safetensors file of Clangor. Throws a `Refusal` for any other file.
  * @param {Uint8Array} bytes
  * @returns {{ about: any, array: (name: string) => ArrayBuffer }} the description, the bytes of each array
  */
 export function openTensors(bytes) {
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  const headerLength = Number(view.getBigUint64(0, true));
-  const header = JSON.parse(new TextDecoder().decode(bytes.subarray(8, 8 + headerLength)));
+  const header = readHeader(bytes);
+  const begin = LENGTH_BYTES + headerLength(bytes);
   const array = (/** @type {string} */ name) => {
-    const [begin, end] = header[name].data_offsets;
-    return /** @type {ArrayBuffer} */ (bytes.slice(8 + headerLength + begin, 8 + headerLength + end).buffer);
+    const [from, to] = header[name]?.data_offsets ?? [];
+    if (!(from <= to && begin + to <= bytes.length)) {
+      throw new Refusal(`the file is incomplete: its part “${name}” is missing`);
+    }
+    return /** @type {ArrayBuffer} */ (bytes.slice(begin + from, begin + to).buffer);
   };
   return { about: JSON.parse(header.__metadata__.clangor), array };
+}
+
+/** @param {Uint8Array} bytes */
+function headerLength(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  return bytes.length < LENGTH_BYTES ? Infinity : Number(view.getBigUint64(0, true));
+}
+
+/** @param {Uint8Array} bytes @returns {any} */
+function readHeader(bytes) {
+  const length = headerLength(bytes);
+  try {
+    const text = new TextDecoder().decode(bytes.subarray(LENGTH_BYTES, LENGTH_BYTES + length));
+    const header = length <= bytes.length ? JSON.parse(text) : null;
+    // Files of others have no such entry.
+    JSON.parse(header.__metadata__.clangor);
+    return header;
+  } catch {
+    throw new Refusal('this is not a file of Clangor');
+  }
 }
 
 /**

@@ -2,6 +2,12 @@
 
 import { PerspectiveCamera, Vector3 } from 'three';
 
+/** Least free part of the window that the scene is scaled to; what is smaller shows nothing. */
+const LEAST_FREE = 0.1;
+
+/** Steps back at most until the scene is in the window; each comes nearer. */
+const FIT_ATTEMPTS = 6;
+
 /** Angles in degrees.
  * @typedef {{ target: number[], distance: number, azimuth: number, elevation: number }} View */
 
@@ -14,6 +20,8 @@ export class OrbitCamera {
     this.elevation = 0.3;
     /** Factor of the distance in narrow windows. */
     this.stepBack = 1;
+    /** Where the scene is seen from at first. */
+    this.home = { azimuth: 0, elevation: 0.3, distance: 1 };
   }
 
   /** @param {View} view */
@@ -24,6 +32,8 @@ export class OrbitCamera {
     this.furthest = 5 * distance;
     this.azimuth = (azimuth * Math.PI) / 180;
     this.elevation = (elevation * Math.PI) / 180;
+    const { azimuth: turned, elevation: raised } = this;
+    this.home = { azimuth: turned, elevation: raised, distance };
     this.place();
   }
 
@@ -31,15 +41,41 @@ export class OrbitCamera {
    * @param {number} width of the canvas in CSS pixels
    * @param {number} height
    * @param {{ top: number, right: number, bottom: number, left: number }} covered at its edges
+   * @param {number[][]} corners of the scene [m]
    */
-  resize(width, height, covered) {
-    const free = [width - covered.left - covered.right, height - covered.top - covered.bottom];
+  resize(width, height, covered, corners) {
+    const least = LEAST_FREE * Math.min(width, height);
+    const free = [width - covered.left - covered.right, height - covered.top - covered.bottom].map((size) =>
+      Math.max(least, size),
+    );
     // The scene is centred in the free area and scaled to it.
     const across = (covered.left - covered.right) / 2;
     const down = (covered.top - covered.bottom) / 2;
     this.camera.aspect = width / height;
     this.camera.setViewOffset(width, height, -across, -down, width, height);
     this.stepBack = Math.max(height / free[1], (1.25 * height) / free[0]);
+    this.fit(free[0] / width, (2 * across) / width, corners);
+  }
+
+  /**
+   * Steps back until all corners are between the sides of the free area, as seen from where the scene begins.
+   * @param {number} share of the width that is free
+   * @param {number} middle of the free area, from −1 to 1
+   * @param {number[][]} corners [m]
+   */
+  fit(share, middle, corners) {
+    const { azimuth, elevation, distance } = this;
+    Object.assign(this, this.home);
+    for (let attempt = 0; attempt < FIT_ATTEMPTS; attempt += 1) {
+      this.place();
+      const reach = corners.map((corner) =>
+        Math.abs(new Vector3().fromArray(corner).project(this.camera).x - middle),
+      );
+      const excess = Math.max(...reach, 0) / share;
+      if (!(excess > 1)) break;
+      this.stepBack *= Math.min(2, excess);
+    }
+    Object.assign(this, { azimuth, elevation, distance });
     this.place();
   }
 

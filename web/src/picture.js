@@ -58,6 +58,9 @@ export class Picture {
     this.bodies = [];
     /** Size of the scene [m]. */
     this.scale = 1;
+    /** Corners of its floor [m].
+     * @type {number[][]} */
+    this.corners = [];
     /** Covered areas at the edges of the canvas [CSS pixels]. */
     this.covered = { top: 0, right: 0, bottom: 0, left: 0 };
     this.calm = matchMedia('(prefers-reduced-motion: reduce)');
@@ -68,6 +71,18 @@ export class Picture {
     this.lastDraw = performance.now();
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
+  }
+
+  /** Begins with another view of the scene. @param {import('./orbit-camera.js').View} view */
+  look(view) {
+    this.view.set(view);
+    this.frame();
+  }
+
+  /** Fits the scene into the free part of the window. */
+  frame() {
+    const { clientWidth, clientHeight } = this.canvas;
+    this.view.resize(clientWidth, clientHeight, this.covered, this.corners);
   }
 
   /** @param {{ top: number, right: number, bottom: number, left: number }} covered */
@@ -81,7 +96,7 @@ export class Picture {
     if (width === 0 || height === 0) return;
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2) * this.sharpness);
     this.renderer.setSize(width, height, false);
-    this.view.resize(width, height, this.covered);
+    this.frame();
   }
 
   /**
@@ -91,6 +106,9 @@ export class Picture {
   setBodies(world, extent) {
     this.bodies = world.bodies;
     this.scale = new Vector3(...extent.low).distanceTo(new Vector3(...extent.high));
+    const [[left, ground, back], [right, , front]] = [extent.low, extent.high];
+    this.corners = [left, right].flatMap((x) => [back, front].map((z) => [x, ground, z]));
+    this.frame();
     this.poses = new Float32Array(world.bodies.length * POSE_STRIDE);
     this.planes.setBodies(world.bodies, world.materials, extent);
     this.balls.uniforms.floorHeight.value = Math.max(-1e5, this.planes.floorHeight);
@@ -120,7 +138,7 @@ export class Picture {
     this.solids.update(glow, this.poses, time);
     this.ripples.update(contacts, time, this.scale);
     const { clientWidth, clientHeight } = this.canvas;
-    this.listeners.update(listeners, this.view.camera, clientWidth, clientHeight);
+    this.listeners.update(listeners, this.view.camera, clientWidth, clientHeight, this.covered);
     this.renderer.render(this.scene, this.view.camera);
   }
 

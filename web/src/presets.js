@@ -84,7 +84,7 @@ export const PRESETS = [
     story:
       'Five hung steel balls. The impact runs through the middle ones; ' +
       'only the outer two move enough to be heard.',
-    how: 'Drag an outer ball aside and let go to throw it. Space stops time: listen again in slow motion.',
+    how: 'Drag an outer ball aside and let go to throw it. Pause, then listen again in slow motion.',
     scene: fixed(newtonsCradle),
     extent: within([-0.2, 0, -0.12], [0.2, 0.26, 0.12]),
     view: { target: [0, 0.16, 0], distance: 0.66, azimuth: 18, elevation: 9 },
@@ -102,7 +102,7 @@ export const PRESETS = [
     id: 'pool',
     name: 'Pool break',
     story: 'Seven metres per second into fifteen balls: one impact becomes dozens within milliseconds.',
-    how: 'Drag any ball to shoot it. N sets the rack up again.',
+    how: 'Drag any ball to shoot it. “Start again” sets the rack up.',
     scene: fixed(poolBreak),
     extent: within([-1.27, 0, -0.635], [1.27, 0.06, 0.635]),
     view: { target: [0, 0, 0.02], distance: 2.75, azimuth: -20, elevation: 31 },
@@ -122,7 +122,7 @@ export const PRESETS = [
     story:
       'Two cushions, then gaps that shrink: every ball hands its motion to the next, ' +
       'and the clicks come faster and faster.',
-    how: 'Drag any ball to shoot it. N sets the row up again.',
+    how: 'Drag any ball to shoot it. “Start again” sets the row up.',
     scene: fixed(trickShot),
     extent: within([-1.27, 0, -0.635], [1.27, 0.06, 0.635]),
     view: { target: [0, 0, 0.02], distance: 2.4, azimuth: 14, elevation: 28 },

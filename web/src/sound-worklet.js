@@ -88,12 +88,12 @@ class SoundProcessor extends AudioWorkletProcessor {
           break;
         // Impacts of the page start as soon as possible; the page receives their time.
         case 'strike': {
-          const { events } = message;
+          const { id, events } = message;
           for (let at = EVENT.time; at < events.length; at += EVENT_STRIDE) {
             events[at] = currentTime;
           }
           this.receive(events);
-          this.port.postMessage({ kind: 'impacts', events });
+          this.port.postMessage({ kind: 'impacts', id, events });
           break;
         }
         case 'listener':
@@ -151,7 +151,8 @@ class SoundProcessor extends AudioWorkletProcessor {
 
   /** @param {number[]} ears left and right [m] */
   listen(ears) {
-    if (!ears.every(Number.isFinite)) throw new RangeError('the ears are nowhere');
+    if (!ears.every(Number.isFinite))
+      throw new RangeError('the positions of the ears must be finite numbers');
     this.ears = ears;
     this.synth.exports.synth_listener(...ears);
   }

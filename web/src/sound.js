@@ -20,6 +20,9 @@
 /** Output buffer requested [s]: twice the shortest, which avoids gaps on a busy computer. */
 const BUFFER = 0.02;
 
+/** Impacts that wait for the audio thread, at most; a visitor taps less often while it starts. */
+const MOST_WAITING = 64;
+
 export class Sound extends EventTarget {
   /** @param {WebAssembly.Module} module */
   constructor(module) {
@@ -29,6 +32,9 @@ export class Sound extends EventTarget {
     this.context = null;
     /** @type {AudioWorkletNode | null} */
     this.node = null;
+    /** The graph in the making.
+     * @type {Promise<void> | null} */
+    this.built = null;
     /** @type {AnalyserNode | null} */
     this.analyser = null;
     /** @type {GainNode | null} */
@@ -39,12 +45,19 @@ export class Sound extends EventTarget {
     /** Messages that a worklet needs when it starts, by kind.
      * @type {Map<string, any>} */
     this.settings = new Map();
+    /** Impacts of the page before the audio thread is there, in their order.
+     * @type {any[]} */
+    this.waiting = [];
+    /** From the gesture that starts the sound until it runs. */
+    this.starting = false;
+    /** Whether the last start failed. */
+    this.refused = false;
     /** @type {Float32Array[][]} */
     this.recorded = [[], []];
   }
 
   get on() {
-    return this.context !== null && this.context.state === 'running';
+    return this.node !== null && this.context?.state === 'running';
   }
 
   /**
@@ -52,13 +65,36 @@ export class Sound extends EventTarget {
    * @param {(port: MessagePort, sampleRate: number) => void} connectWorld gets the port of the ticks
    */
   async start(connectWorld) {
-    if (this.context) {
-      await this.context.resume();
+    if (this.on) return;
+    if (this.starting) {
+      // A later part of the same gesture may be the one that the browser accepts.
+      this.context?.resume();
       return;
     }
-    const context = new AudioContext({ latencyHint: BUFFER });
-    this.context = context;
-    const resumed = context.resume();
+    this.starting = true;
+    try {
+      this.context ??= new AudioContext({ latencyHint: BUFFER });
+      this.context.onstatechange = () => this.say('state', null);
+      const resumed = this.context.resume();
+      this.built ??= this.build(this.context, connectWorld);
+      await Promise.all([this.built, resumed]);
+      this.refused = false;
+    } catch (error) {
+      this.built = this.node && this.built;
+      this.refused = true;
+      throw error;
+    } finally {
+      this.starting = false;
+    }
+    this.say('on', null);
+  }
+
+  /**
+   * The graph, once.
+   * @param {AudioContext} context
+   * @param {(port: MessagePort, sampleRate: number) => void} connectWorld
+   */
+  async build(context, connectWorld) {
     await context.audioWorklet.addModule(new URL('sound-worklet.js', document.baseURI).href);
     const node = new AudioWorkletNode(context, 'clangor', {
       numberOfInputs: 0,
@@ -66,7 +102,7 @@ export class Sound extends EventTarget {
       processorOptions: { module: this.module, messages: [...this.settings.values()] },
     });
     node.port.onmessage = (message) => this.receive(message.data);
-    node.onprocessorerror = () => this.say('failed', 'the audio thread stopped');
+    node.onprocessorerror = () => this.say('failed', 'the audio thread stopped; reload the page');
     this.analyser = new AnalyserNode(context, { fftSize: 2048, smoothingTimeConstant: 0 });
     this.volume = new GainNode(context, { gain: this.muted ? 0 : 1 });
     node.connect(this.volume).connect(context.destination);
@@ -75,8 +111,7 @@ export class Sound extends EventTarget {
     const channel = new MessageChannel();
     node.port.postMessage({ kind: 'world', port: channel.port1 }, [channel.port1]);
     connectWorld(channel.port2, context.sampleRate);
-    await resumed;
-    this.say('on', null);
+    for (const message of this.waiting.splice(0)) node.port.postMessage(message);
   }
 
   /** Mutes the output; synthesis and recording continue. @param {boolean} muted */
@@ -115,13 +150,25 @@ export class Sound extends EventTarget {
     this.node?.port.postMessage(message);
   }
 
-  /** @param {any} message @param {Transferable[]} [transfer] */
+  /** Sends a message, if the audio thread is there. @param {any} message @param {Transferable[]} [transfer] */
   post(message, transfer = []) {
     this.node?.port.postMessage(message, transfer);
   }
 
+  /**
+   * An impact of the page, heard as soon as possible. Before the sound runs, it waits.
+   * @param {number} id comes back with the time of the impact
+   * @param {Float64Array} events rows of `EVENT_STRIDE`
+   */
+  strike(id, events) {
+    const message = { kind: 'strike', id, events };
+    if (this.node) this.node.port.postMessage(message);
+    else if (this.waiting.length < MOST_WAITING) this.waiting.push(message);
+  }
+
   /** Medium, room and floor for the sound. @param {string} text of a scene */
   scene(text) {
+    this.waiting = [];
     this.set({ kind: 'scene', bytes: new TextEncoder().encode(text) });
   }
 

@@ -3,6 +3,7 @@
 
 import { EVENT, EVENT_STRIDE } from './event-layout.js';
 import { readContact } from './history.js';
+import { Refusal } from './messages.js';
 import { readSolid } from './model-file.js';
 import { randomNumbers } from './rain.js';
 import { inRoom } from './room.js';
@@ -11,6 +12,9 @@ import { ModuleError } from './wasm-instance.js';
 
 /** Velocity of a throw without direction [m/s]. */
 const TOSS = 2.4;
+
+/** Distance of a new ball's centre from walls, in radii. */
+const CLEARANCE = 1.2;
 
 /** Keys of objects beside the bodies of a world go down from here; −1 is the world itself. */
 const FIRST_KEY = -2;
@@ -43,21 +47,43 @@ export class Stage extends EventTarget {
     this.strikeSpeed = 0.5;
     /** @type {import('./strike.js').PlacedSolid[]} */
     this.objects = [];
-    /** Contacts whose time the worklet has not reported yet.
-     * @type {Float64Array[]} */
-    this.impacts = [];
+    /** Impacts of the page whose time the worklet has not reported yet, by number.
+     * @type {Map<number, Float64Array>} */
+    this.impacts = new Map();
+    this.lastImpact = 0;
+    /** Impacts whose time on the clock of the world is not known yet.
+     * @type {{ events: Float64Array, contact: Float64Array }[]} */
+    this.unplaced = [];
+    /** Whether the scene with all its objects is there. */
+    this.ready = false;
+    /** Actions on this scene: drops, throws, strikes. */
+    this.actions = 0;
     /** @type {Map<string, Promise<Uint8Array>>} */
     this.files = new Map();
     this.random = randomNumbers(7);
     world.addEventListener('loaded', () => this.startRain());
     world.addEventListener('frame', (event) => {
       const frame = /** @type {CustomEvent<import('./world.js').Frame>} */ (event).detail;
-      transport.offset = frame.offset;
+      transport.follow(frame);
       history.add(frame);
+      this.placeImpacts(frame);
     });
     sound.addEventListener('impacts', (event) => {
-      this.remember(/** @type {CustomEvent} */ (event).detail.events);
+      const { id, events } = /** @type {CustomEvent} */ (event).detail;
+      const contact = this.impacts.get(id);
+      // Impacts of the last scene are unknown.
+      if (!contact) return;
+      this.impacts.delete(id);
+      this.unplaced.push({ events, contact });
     });
+  }
+
+  /**
+   * Whether the scene moves before the sound is on. One that comes to rest by itself waits, so that nothing of it
+   * is lost; one in which balls keep falling shows what the page does.
+   */
+  get movesUnheard() {
+    return this.preset.rain !== undefined || this.sound.refused;
   }
 
   /** @param {import('./presets.js').Preset} preset */
@@ -78,7 +104,7 @@ export class Stage extends EventTarget {
     const text = preset.scene(this.box);
     this.transport.reset(false);
     this.history.clear();
-    this.impacts = [];
+    this.forgetImpacts();
     const objects = await this.loadObjects(preset.objects ?? []);
     // Another scene was selected while the files were loading.
     if (preset !== this.preset) return;
@@ -86,12 +112,21 @@ export class Stage extends EventTarget {
     this.sound.scene(inRoom(text, preset.extent(this.box)));
     this.sound.set({ kind: 'events', events: joined(objects.map(restingPose)) });
     this.world.load(text);
+    this.ready = true;
     this.dispatchEvent(new Event('scene'));
+  }
+
+  forgetImpacts() {
+    this.impacts.clear();
+    this.unplaced = [];
+    this.ready = false;
+    this.actions = 0;
   }
 
   /** @param {import('./exported-run.js').ExportedRun} run */
   replayRun(run) {
     this.transport.reset(true);
+    this.forgetImpacts();
     this.sound.scene(run.about.scene);
     for (const { slot, bytes, damping } of run.models) this.sound.load(slot, bytes, damping);
     this.objects = run.solids;
@@ -120,7 +155,12 @@ export class Stage extends EventTarget {
     let content = this.files.get(path);
     if (!content) {
       content = fetch(new URL(path, document.baseURI)).then(async (response) => {
-        if (!response.ok) throw new Error(`${path}: ${response.status} ${response.statusText}`);
+        if (!response.ok) {
+          // The next attempt asks again.
+          this.files.delete(path);
+          const [name] = /[^/]+$/.exec(path) ?? [path];
+          throw new Refusal(`${name} could not be loaded: the server answers ${response.status}`);
+        }
         return new Uint8Array(await response.arrayBuffer());
       });
       this.files.set(path, content);
@@ -143,12 +183,19 @@ export class Stage extends EventTarget {
     );
   }
 
-  /** @param {number[]} place [m] */
-  dropAt([x, y, z]) {
+  /** Drops a ball as near to a place as the scene allows. @param {number[]} place [m] */
+  dropAt(place) {
     // Loaded objects are not bodies of the world: balls would fall through them.
     if (this.transport.finished || this.objects.length > 0) return;
     this.transport.goLive();
+    this.actions += 1;
     const { radius } = this.drop;
+    const { low, high } = this.preset.extent(this.box);
+    const room = CLEARANCE * radius;
+    const [x, y, z] = place.map((value, axis) => {
+      const most = axis === 1 ? this.ceiling() : Math.max(low[axis] + room, high[axis] - room);
+      return Math.min(most, Math.max(low[axis] + room, value));
+    });
     this.world.add(this.materialIndex(this.drop.material), radius, [x, y, z], [0, 0, 0]);
   }
 
@@ -170,12 +217,13 @@ export class Stage extends EventTarget {
   /** Largest height of a ball in a closed scene [m]. */
   ceiling() {
     const lid = this.world.bodies.find((body) => body.plane && body.normal[1] < -0.999);
-    return lid ? -lid.distance - 1.2 * this.drop.radius : Infinity;
+    return lid ? -lid.distance - CLEARANCE * this.drop.radius : Infinity;
   }
 
   /** @param {number} body @param {number[]} velocity [m/s] */
   throwBall(body, velocity) {
     this.transport.goLive();
+    this.actions += 1;
     this.world.throw(body, velocity);
   }
 
@@ -204,8 +252,10 @@ export class Stage extends EventTarget {
     this.transport.goLive();
     try {
       const { events, contact } = this.strikes.impact(object, point, this.strikeSpeed, this.mallet);
-      this.impacts.push(contact);
-      this.sound.post({ kind: 'strike', events });
+      this.actions += 1;
+      this.lastImpact += 1;
+      this.impacts.set(this.lastImpact, contact);
+      this.sound.strike(this.lastImpact, events);
     } catch (error) {
       if (!(error instanceof ModuleError)) throw error;
       this.dispatchEvent(new CustomEvent('failed', { detail: error.message }));
@@ -226,19 +276,34 @@ export class Stage extends EventTarget {
     this.strike(object, point);
   }
 
-  /** Keeps an impact of the page for replay and for the log.
-   * @param {Float64Array} events rows on the sound's clock */
-  remember(events) {
-    const row = this.impacts.shift();
-    if (!row || this.transport.offset === null) return;
-    const time = events[EVENT.time] - this.transport.offset;
+  /**
+   * Puts impacts of the page on the clock of the world, for replay and for the log.
+   * @param {import('./world.js').Frame} frame whose offset holds up to its time
+   */
+  placeImpacts({ time: reached, offset, driver }) {
+    if (driver !== 'sound' || offset === null) return;
+    const later = [];
+    for (const impact of this.unplaced) {
+      // An impact in the gesture that starts the sound comes before the first step of the world.
+      const time = Math.max(0, impact.events[EVENT.time] - offset);
+      if (time > reached) later.push(impact);
+      else this.remember(impact, time);
+    }
+    this.unplaced = later;
+  }
+
+  /**
+   * @param {{ events: Float64Array, contact: Float64Array }} impact
+   * @param {number} time of the world [s]
+   */
+  remember({ events, contact: row }, time) {
     for (let at = 0; at < events.length; at += EVENT_STRIDE) {
       const event = events.slice(at, at + EVENT_STRIDE);
       event[EVENT.time] = time;
       this.history.addEvent(event);
     }
     const contact = readContact(row, 0);
-    this.history.contacts.push({ ...contact, time, bodyA: FIRST_KEY - contact.bodyA });
+    this.history.addContact({ ...contact, time, bodyA: FIRST_KEY - contact.bodyA });
   }
 
   /** The name of a body in the log. @param {number} index */

@@ -24,13 +24,26 @@ export class Transport extends EventTarget {
     /** Audio time at which that world time is rendered [s]; null until the worklet reports it.
      * @type {number | null} */
     this.startedAt = null;
-    /** Time of the sound minus time of the world, as of the last frame [s].
+    /** Whether the sound, when it comes on, plays from `moment`. */
+    this.playsWithSound = false;
+    /** Time of the clock that drives the world minus time of the world, as of the last frame [s].
      * @type {number | null} */
     this.offset = null;
+    /** That clock. @type {'page' | 'sound'} */
+    this.driver = 'page';
     sound.addEventListener('replaying', (event) => {
       const { from, at } = /** @type {CustomEvent} */ (event).detail;
       if (this.mode === 'replaying' && from === this.moment) this.startedAt = at;
     });
+    sound.addEventListener('on', () => {
+      if (this.playsWithSound) this.play();
+    });
+  }
+
+  /** @param {import('./world.js').Frame} frame the newest one of the live world */
+  follow({ offset, driver }) {
+    this.offset = offset;
+    this.driver = driver;
   }
 
   /** Audio time at the source of the sound that is audible now [s]. */
@@ -44,7 +57,8 @@ export class Transport extends EventTarget {
     const { history } = this;
     switch (this.mode) {
       case 'live': {
-        if (this.offset === null) return history.end;
+        // Until the world has changed over to the clock of the sound, its offset is that of another clock.
+        if (this.offset === null || (this.driver === 'sound') !== this.sound.on) return history.end;
         return Math.min(history.end, Math.max(history.start, this.heard() - this.offset));
       }
       case 'paused':
@@ -64,6 +78,7 @@ export class Transport extends EventTarget {
 
   goLive() {
     if (this.mode === 'live' || this.finished) return;
+    this.playsWithSound = false;
     this.change('live');
     this.sound.post({ kind: 'silence' });
     this.world.run(true);
@@ -73,6 +88,7 @@ export class Transport extends EventTarget {
   pauseAt(time) {
     this.moment = Math.min(this.history.end, Math.max(this.history.start, time));
     this.startedAt = null;
+    this.playsWithSound = false;
     this.world.run(false);
     if (this.mode !== 'paused') {
       this.change('paused');
@@ -87,6 +103,9 @@ export class Transport extends EventTarget {
   play() {
     if (this.moment >= this.history.end - 0.01) this.moment = this.history.start;
     this.world.run(false);
+    // A replay that began in silence begins again with the sound; a finished run waits for it.
+    this.playsWithSound = !this.sound.on;
+    if (this.playsWithSound && this.finished && !this.sound.refused) return;
     this.change('replaying');
     if (this.sound.on) {
       this.startedAt = null;
@@ -112,6 +131,7 @@ export class Transport extends EventTarget {
     this.startedAt = null;
     this.moment = 0;
     this.finished = finished;
+    this.playsWithSound = false;
     this.change(finished ? 'paused' : 'live');
   }
 

@@ -1,8 +1,10 @@
 // One instance of clangor.wasm with its own memory: passes text, bytes and numbers in and out. The exports
 // are those of crates/clangor-web; this file only handles memory.
 
+import { Refusal } from './messages.js';
+
 /** A failure with the message of the module. */
-export class ModuleError extends Error {}
+export class ModuleError extends Refusal {}
 
 export class WasmInstance {
   /** @param {WebAssembly.Module} module */

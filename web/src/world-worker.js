@@ -22,6 +22,9 @@ const POSE_INTERVAL = 1 / 75;
 /** Longest computation per tick [s]; the next tick continues it. */
 const TICK_BUDGET = 0.012;
 
+/** Places tried for a new ball, each a diameter above the last. */
+const PLACES = 12;
+
 const clock = new WorldClock();
 
 /** @type {WebAssembly.Module} */
@@ -125,6 +128,7 @@ function sendFrame() {
     kind: 'frame',
     time,
     offset: clock.offset,
+    driver,
     skips: clock.skips,
     poses,
     contacts: join(contacts),
@@ -169,7 +173,14 @@ const answers = {
     world.check(world.exports.world_set_velocity(body, ...velocity));
   },
   add({ material, radius, position, velocity }) {
-    world.check(addSphere(world, material, radius, position, velocity));
+    // Where another ball is, the new one goes on top.
+    const [x, y, z] = position;
+    const add = (/** @type {number} */ place) =>
+      addSphere(world, material, radius, [x, y + 2 * radius * place, z], velocity);
+    let place = 0;
+    while (place < PLACES && add(place) < 0) place += 1;
+    // The message is that of the place asked for.
+    if (place === PLACES) world.check(add(0));
     describeBodies();
   },
   gravity({ vector }) {

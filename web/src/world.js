@@ -21,7 +21,8 @@
 /**
  * @typedef {object} Frame
  * @property {number} time of the world [s]
- * @property {number | null} offset time of the sound minus time of the world [s]
+ * @property {number | null} offset time of the driver's clock minus time of the world [s]
+ * @property {'page' | 'sound'} driver
  * @property {number} skips number of time skips
  * @property {Float32Array} poses
  * @property {Float64Array} contacts
@@ -42,7 +43,7 @@ export class World extends EventTarget {
     this.solver = 0;
     this.worker = new Worker(new URL('world-worker.js', document.baseURI), { type: 'module' });
     this.worker.onmessage = (message) => this.receive(message.data);
-    this.worker.onerror = (event) => this.say('failed', event.message);
+    this.worker.onerror = () => this.say('failed', 'the simulation stopped; reload the page');
     this.worker.postMessage({ kind: 'start', module });
   }
 

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { openBrowser } from '../scripts/browser.mjs';
 import { EVENT, EVENT_KIND, EVENT_STRIDE, POSE_STRIDE } from '../src/event-layout.js';
+import { hear, heard, letMove, letSound, listen, loudestWithin, PATIENCE } from './audio-clock.mjs';
 
 /** @type {Awaited<ReturnType<typeof openBrowser>>} */
 let session;
@@ -26,37 +27,26 @@ async function opened(preset) {
   return { page, complaints };
 }
 
-/**
- * Largest peak of the reports in a time span.
- * @param {import('playwright-core').Page} page
- * @param {number} milliseconds
- */
-function loudestReport(page, milliseconds) {
-  return page.evaluate(async (length) => {
-    const { sound } = Reflect.get(globalThis, 'clangor');
-    let peak = 0;
-    let reports = 0;
-    const listen = (/** @type {any} */ event) => {
-      peak = Math.max(peak, event.detail.peak);
-      reports += 1;
-    };
-    sound.addEventListener('report', listen);
-    await new Promise((done) => setTimeout(done, length));
-    sound.removeEventListener('report', listen);
-    return { peak, reports };
-  }, milliseconds);
+/** Opens the objects, and waits for the strike with which the page answers the first gesture. */
+async function openedObjects() {
+  const { page, complaints } = await opened('objects');
+  await page.waitForFunction(
+    () => Reflect.get(globalThis, 'clangor').history.contacts.length === 1,
+    null,
+    PATIENCE,
+  );
+  return { page, complaints };
 }
 
 test('it opens on falling balls, silent until the first gesture, and then sounds at once', async () => {
   const { page, complaints } = await session.open();
-  const start = Date.now();
   assert.equal(await page.isVisible('#wake'), true);
   assert.equal(await page.evaluate(() => Reflect.get(globalThis, 'clangor').sound.context), null);
+  await listen(page);
   await page.mouse.click(250, 200);
-  const { peak } = await loudestReport(page, 2500);
-  assert.ok(peak > 1e-3, `${peak} Pa`);
+  const { peak, time } = await hear(page, 2.5);
+  assert.ok(peak > 1e-3, `${peak} Pa after ${time} s`);
   assert.equal(await page.isVisible('#wake'), false);
-  assert.ok(Date.now() - start < 10000);
   assert.deepEqual(complaints, []);
   await page.close();
 });
@@ -70,7 +60,7 @@ test('every scene opens without an error', async () => {
   assert.ok(names.length >= 8);
   for (const name of names) {
     await page.check(`#presets input[value="${name}"]`, { force: true });
-    await page.waitForTimeout(700);
+    await letSound(page, 0.5);
     assert.equal(await page.isHidden('#trouble'), true, `${name}: ${await page.textContent('#trouble')}`);
   }
   assert.deepEqual(complaints, []);
@@ -78,45 +68,45 @@ test('every scene opens without an error', async () => {
 });
 
 test('an impact is handed out, with the base latency of the context, within 60 ms', async () => {
-  const { page } = await opened('objects');
-  await page.waitForTimeout(1500);
+  const { page } = await openedObjects();
   const measured = [];
   for (let round = 0; round < 5; round += 1) {
+    await page.evaluate(() => {
+      const { sound } = Reflect.get(globalThis, 'clangor');
+      sound.reflections(false);
+      sound.post({ kind: 'silence' });
+    });
+    await letSound(page, 0.3);
     measured.push(
       await page.evaluate(async () => {
         const { sound, stage } = Reflect.get(globalThis, 'clangor');
-        sound.reflections(false);
-        sound.post({ kind: 'silence' });
-        await new Promise((done) => setTimeout(done, 400));
-        const first = new Promise((resolve) =>
-          sound.addEventListener('first-sound', (/** @type {any} */ e) => resolve(e.detail.time), {
-            once: true,
-          }),
-        );
+        const next = (/** @type {string} */ kind) =>
+          new Promise((resolve) =>
+            sound.addEventListener(kind, (/** @type {any} */ e) => resolve(e.detail), { once: true }),
+          );
+        const [first, taken] = [next('first-sound'), next('impacts')];
         sound.post({ kind: 'await-sound' });
-        await new Promise((done) => setTimeout(done, 60));
         const start = sound.context.currentTime;
         stage.strikeSomething();
-        return { wait: (await first) - start, base: sound.context.baseLatency, own: sound.latency };
+        const { events } = await taken;
+        const { time } = await first;
+        const { baseLatency: base } = sound.context;
+        return { whole: time - start + base, own: time - events[1] + base, base };
       }),
     );
   }
-  const total = measured.map(({ wait, base }) => 1000 * (wait + base));
-  const { base, own } = measured[0];
-  console.log(`impact to first sample + base latency: ${total.map((t) => t.toFixed(1)).join(', ')} ms`);
-  console.log(
-    `of which base latency ${(1000 * base).toFixed(1)} ms, ` +
-      `latency of the synthesis ${(1000 * own).toFixed(1)} ms`,
-  );
-  // On a busy machine one of five may be late.
-  total.sort((a, b) => a - b);
-  assert.ok(total[3] <= 60, `${total}`);
+  const milliseconds = (/** @type {number} */ time) => (1000 * time).toFixed(1);
+  console.log(`impact to first sample + base latency: ${measured.map((m) => milliseconds(m.whole))} ms`);
+  console.log(`from the audio thread on: ${measured.map((m) => milliseconds(m.own))} ms`);
+  console.log(`of which base latency ${milliseconds(measured[0].base)} ms`);
+  // How long a message takes to the audio thread is the machine's; from there on the audio clock counts.
+  assert.ok(measured.every(({ own }) => own <= 0.06));
+  assert.ok(Math.min(...measured.map(({ whole }) => whole)) <= 0.06, 'one of five has a free machine');
   await page.close();
 });
 
 test('a tap strikes an object where it is tapped, a drag throws a ball the way it is dragged', async () => {
-  const { page } = await opened('objects');
-  await page.waitForTimeout(800);
+  const { page } = await openedObjects();
   const rim = await page.evaluate(() => {
     const { stage, picture } = Reflect.get(globalThis, 'clangor');
     const [{ solid, position }] = stage.objects;
@@ -133,11 +123,14 @@ test('a tap strikes an object where it is tapped, a drag throws a ball the way i
       (0.5 - 0.5 * point.y) * picture.canvas.clientHeight,
     ];
   });
-  const [{ peak }] = await Promise.all([loudestReport(page, 800), page.mouse.click(rim[0], rim[1])]);
+  await listen(page);
+  await page.mouse.click(rim[0], rim[1]);
+  await letSound(page, 0.8);
+  const { peak } = await heard(page);
   assert.ok(peak > 1e-3, `${peak} Pa from the bowl`);
   const names = await page.evaluate(() => {
     const { history, stage } = Reflect.get(globalThis, 'clangor');
-    return history.contacts.map((/** @type {any} */ contact) => stage.nameOf(contact.bodyA));
+    return history.contacts.slice(1).map((/** @type {any} */ contact) => stage.nameOf(contact.bodyA));
   });
   assert.deepEqual(names, ['bowl']);
 
@@ -147,7 +140,13 @@ test('a tap strikes an object where it is tapped, a drag throws a ball the way i
     stage.addEventListener('scene', () => stage.world.throw(0, [0, 0, 0]), { once: true });
   });
   await page.check('#presets input[value="trick"]', { force: true });
-  await page.waitForTimeout(300);
+  await letMove(page, 0.2);
+  // Until it is drawn.
+  await page.waitForFunction(
+    (at) => Reflect.get(globalThis, 'clangor').picture.poses[at] !== 0,
+    9 * POSE_STRIDE,
+    PATIENCE,
+  );
   const ball = await page.evaluate((stride) => {
     const { picture } = Reflect.get(globalThis, 'clangor');
     const point = picture.view.target
@@ -167,15 +166,16 @@ test('a tap strikes an object where it is tapped, a drag throws a ball the way i
   await page.mouse.down();
   await page.mouse.move(ball[0] + 60, ball[1], { steps: 4 });
   await page.mouse.up();
-  await page.waitForTimeout(150);
-  const after = await ballX();
-  assert.ok(after > before + 0.01, `from ${before} to ${after} m`);
+  await page.waitForFunction(
+    ([at, x]) => Reflect.get(globalThis, 'clangor').picture.poses[at] > x + 0.01,
+    [9 * POSE_STRIDE, before],
+    PATIENCE,
+  );
   await page.close();
 });
 
 test('a strike gives one contact, and events of the object and of the mallet', async () => {
-  const { page, complaints } = await opened('objects');
-  await page.waitForTimeout(800);
+  const { page, complaints } = await openedObjects();
   await page.evaluate(() => {
     const log = /** @type {HTMLDetailsElement} */ (document.getElementById('log-details'));
     log.open = true;
@@ -189,8 +189,8 @@ test('a strike gives one contact, and events of the object and of the mallet', a
       stage.strikeSpeed = 0.8;
       const [contacts, events] = [history.contacts.length, history.events.length];
       stage.strikeSomething();
-      for (let wait = 0; wait < 100 && history.contacts.length === contacts; wait += 1) {
-        await new Promise((done) => setTimeout(done, 20));
+      while (history.contacts.length === contacts) {
+        await new Promise((done) => stage.world.addEventListener('frame', done, { once: true }));
       }
       // The object may answer with a force that has a history.
       const rows = history.events
@@ -209,7 +209,6 @@ test('a strike gives one contact, and events of the object and of the mallet', a
         object: { slot: object?.[at.slot], duration: object?.[at.duration], change: change(object) },
         ball: { radius: ball?.[at.radius], duration: ball?.[at.duration], change: change(ball) },
       });
-      await new Promise((done) => setTimeout(done, 200));
     }
     return found;
   }, layout);
@@ -236,10 +235,10 @@ test('a strike gives one contact, and events of the object and of the mallet', a
     struck.map(({ ball }) => ball.radius),
     [0.006, 0.01, 0.012],
   );
-  await page.waitForFunction(() => document.querySelectorAll('#log li').length >= 3);
+  await page.waitForFunction(() => document.querySelectorAll('#log li').length >= 4, null, PATIENCE);
   const log = await page.$$eval('#log li', (rows) => rows.map((row) => row.textContent));
-  assert.equal(log.length, 3);
-  assert.ok(log.every((text) => text?.includes('0.80 m/s') && text.includes('mN s')));
+  assert.equal(log.length, 4);
+  assert.ok(log.slice(0, 3).every((text) => text?.includes('0.80 m/s') && text.includes('mN s')));
   assert.equal(await page.isHidden('#trouble'), true);
 
   // An impact beside the object is refused with the message of the module, and leaves no contact.
@@ -248,15 +247,15 @@ test('a strike gives one contact, and events of the object and of the mallet', a
     stage.strike(stage.objects[0], [9, 9, 9]);
   });
   assert.match((await page.textContent('#trouble')) ?? '', /off the surface/);
-  await page.waitForTimeout(200);
-  assert.equal(await page.evaluate(() => Reflect.get(globalThis, 'clangor').history.contacts.length), 3);
+  await letSound(page, 0.2);
+  assert.equal(await page.evaluate(() => Reflect.get(globalThis, 'clangor').history.contacts.length), 4);
   assert.deepEqual(complaints, []);
   await page.close();
 });
 
 test('a contact of the world is handed out, with the base latency of the context, within 60 ms', async () => {
   const { page } = await opened('cradle');
-  await page.waitForTimeout(1500);
+  await letSound(page, 0.3);
   const measured = await page.evaluate(() => {
     const { sound, transport } = Reflect.get(globalThis, 'clangor');
     // A contact of world time t is due at t + offset; its first sample leaves the source `latency` after
@@ -286,7 +285,7 @@ function topOfParabola([[t0, v0], [t1, v1], [t2, v2]]) {
 
 test('Newton’s cradle keeps the period of the elliptic integral and the impacts of the run', async () => {
   const { page } = await opened('cradle');
-  await page.waitForTimeout(3500);
+  await letMove(page, 3.2);
   const { contacts, ends } = await page.evaluate((last) => {
     const { history } = Reflect.get(globalThis, 'clangor');
     return {
@@ -328,16 +327,16 @@ const OFFLINE_CLICKS = [0.198914, 0.595773, 0.991797, 1.387093, 1.781753, 2.1758
 
 test('a hidden tab goes on, and shows the present when it comes back', async () => {
   const { page } = await opened('drops');
-  await page.waitForTimeout(500);
+  await letSound(page, 0.5);
   const devtools = await session.browser.newCDPSession(page);
   const state = () =>
     page.evaluate(() => {
       const { history, sound, transport } = Reflect.get(globalThis, 'clangor');
       return {
         audio: sound.context.currentTime,
-        end: history.end,
+        // Where the world stands on the audio clock; it skips time where the machine is too slow.
+        world: history.end + transport.offset,
         behind: history.end - transport.shown(),
-        hidden: document.visibilityState,
       };
     });
   const shown = await state();
@@ -354,21 +353,26 @@ test('a hidden tab goes on, and shows the present when it comes back', async () 
       for (const callback of Reflect.get(globalThis, 'held')) original(callback);
     });
   });
-  await page.waitForTimeout(2500);
+  await letSound(page, 2);
   const hidden = await state();
-  assert.ok(hidden.end - shown.end > 2, 'the world went on');
-  assert.ok(hidden.audio - shown.audio > 2, 'the sound went on');
+  assert.ok(hidden.world - shown.world > 1.5, 'the world went on');
+  assert.ok(hidden.audio - shown.audio >= 2, 'the sound went on');
   await other.close();
   await page.evaluate(() => Reflect.get(globalThis, 'release')());
-  await page.waitForTimeout(300);
-  const back = await state();
-  assert.ok(back.behind < 0.3, `${back.behind} s behind`);
+  await page.waitForFunction(
+    () => {
+      const { history, transport } = Reflect.get(globalThis, 'clangor');
+      return history.end - transport.shown() < 0.3;
+    },
+    null,
+    PATIENCE,
+  );
   await page.close();
 });
 
 test('replay: pause, scrub, play again from other ears, live', async () => {
   const { page, complaints } = await opened('trick');
-  await page.waitForTimeout(2200);
+  await letMove(page, 2);
   // The sound button has not kept the focus, so the space bar does not mute.
   await page.keyboard.press(' ');
   assert.equal(await page.evaluate(() => Reflect.get(globalThis, 'clangor').transport.mode), 'paused');
@@ -378,21 +382,29 @@ test('replay: pause, scrub, play again from other ears, live', async () => {
     transport.pauseAt(0.05);
   });
   await page.keyboard.press('4');
+  await listen(page);
   await page.keyboard.press(' ');
-  const { peak } = await loudestReport(page, 1000);
+  await page.waitForFunction(
+    () => Reflect.get(globalThis, 'clangor').transport.startedAt !== null,
+    null,
+    PATIENCE,
+  );
+  await letSound(page, 1);
+  const { peak } = await heard(page);
   assert.ok(peak > 1e-3, `${peak} Pa in the replay`);
   assert.equal(await page.evaluate(() => Reflect.get(globalThis, 'clangor').sound.muted), false);
   const playing = await page.evaluate(() => {
     const { transport, history } = Reflect.get(globalThis, 'clangor');
-    return { shown: transport.shown(), end: history.end, mode: transport.mode };
+    const { mode, moment, startedAt } = transport;
+    // By the audio clock the replay is so far.
+    const due = Math.min(history.end, moment + transport.heard() - startedAt);
+    return { shown: transport.shown(), due, end: history.end, mode };
   });
   assert.ok(playing.end - end < 0.2, 'the world stands still in the replay');
-  assert.equal(playing.mode, 'replaying');
-  assert.ok(playing.shown > 0.5 && playing.shown < 1.8, `${playing.shown} s`);
+  assert.equal(playing.mode, playing.due < playing.end ? 'replaying' : 'paused');
+  assert.ok(playing.shown > 0.5 && Math.abs(playing.shown - playing.due) < 0.1, `${playing.shown} s`);
   await page.keyboard.press('Escape');
-  await page.waitForTimeout(500);
-  const live = await page.evaluate(() => Reflect.get(globalThis, 'clangor').history.end);
-  assert.ok(live > playing.end + 0.2, 'the world goes on');
+  await letMove(page, playing.end + 0.2);
   assert.deepEqual(complaints, []);
   await page.close();
 });
@@ -432,7 +444,10 @@ test('a million events per second, and invalid numbers: the page counts them and
     world.add(999, 0.01, [0, 1, 0], [0, 0, 0]);
     world.gravity([NaN, 0, 0]);
     world.worker.postMessage({ kind: 'tick', time: NaN });
-    await new Promise((done) => setTimeout(done, 2500));
+    const flooded = sound.context.currentTime;
+    while (sound.context.currentTime < flooded + 2) {
+      await new Promise((done) => sound.addEventListener('report', done, { once: true }));
+    }
     const wave = new Float32Array(2048);
     sound.analyser.getFloatTimeDomainData(wave);
     return {
@@ -447,7 +462,7 @@ test('a million events per second, and invalid numbers: the page counts them and
   assert.ok(hostile.finite);
   assert.ok(hostile.dropped > 100000);
   await page.evaluate(() => Reflect.get(globalThis, 'clangor').stage.again());
-  const { peak, reports } = await loudestReport(page, 2500);
+  const { peak, reports } = await loudestWithin(page, 2.5);
   assert.ok(reports > 20);
   assert.ok(peak > 1e-3, `${peak} Pa after the flood`);
   await page.close();
@@ -455,9 +470,9 @@ test('a million events per second, and invalid numbers: the page counts them and
 
 test('a recording is in pascals', async () => {
   const { page } = await opened('drops');
-  await page.waitForTimeout(300);
+  await letSound(page, 0.3);
   await page.click('#record');
-  await page.waitForTimeout(1500);
+  await letSound(page, 1.5);
   const [download] = await Promise.all([page.waitForEvent('download'), page.click('#record')]);
   const { readFile } = await import('node:fs/promises');
   const file = await readFile(await download.path());

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { EVENT, EVENT_KIND, EVENT_STRIDE } from '../src/event-layout.js';
 import { readRun } from '../src/exported-run.js';
+import { reason, Refusal, sentence } from '../src/messages.js';
 
 /**
  * A safetensors file.
@@ -129,6 +130,33 @@ test('rows of version 1 are shorter, and have no force history', () => {
   assert.deepEqual(older, newer);
 });
 
-test('a file of another kind or version is refused by name', () => {
-  assert.throws(() => readRun(example(3)), /version 3/);
+test('a file that is no run is refused in plain words', () => {
+  const text = (/** @type {string} */ content) => new TextEncoder().encode(content);
+  const whole = example();
+  /** @type {[Uint8Array, RegExp][]} */
+  const files = [
+    [example(3), /^this is a run of version 3; the page reads versions 1 and 2$/],
+    [text(''), /^this is not a file of Clangor$/],
+    [text('this is not a run'), /^this is not a file of Clangor$/],
+    [text('{"kind": "replay"}'), /^this is not a file of Clangor$/],
+    [whole.slice(0, 100), /^this is not a file of Clangor$/],
+    [whole.slice(0, whole.length - 8), /^the file is incomplete: its part “[a-z.]+” is missing$/],
+  ];
+  for (const [file, message] of files) {
+    assert.throws(
+      () => readRun(file),
+      (error) => error instanceof Refusal && message.test(error.message),
+      String(message),
+    );
+  }
+});
+
+test('messages are sentences, and say nothing of the insides of the program', () => {
+  assert.equal(sentence('there is no room'), 'There is no room.');
+  assert.equal(sentence('Gone?'), 'Gone?');
+  assert.equal(reason(new Refusal('the file is damaged'), 'other'), 'the file is damaged');
+  assert.equal(
+    reason(new SyntaxError('Unexpected token } in JSON'), 'the file is damaged'),
+    'the file is damaged',
+  );
 });

@@ -20,7 +20,9 @@ pub(crate) use self::global::Global;
 pub(crate) use self::models::{Device, ModelArguments, Quality, Solver};
 pub(crate) use self::plot::{Degree, Picture, Plot};
 pub(crate) use self::simulation::{Check, Simulate};
-pub(crate) use self::sound::{Bits, Play, Render, RenderedPart, Sound, Strike, StrikePart, Transfer};
+pub(crate) use self::sound::{
+    Bits, DatasetFiles, Play, Render, RenderedPart, Sound, Strike, StrikePart, Transfer,
+};
 
 /// Physically based sound of rigid bodies: a scene goes in, the pressure at a listener comes out, in pascals.
 #[derive(Parser)]

@@ -6,6 +6,8 @@ pub(crate) mod bank;
 pub(crate) mod check;
 mod collision_parts;
 pub(crate) mod compare;
+mod cost;
+mod dataset;
 mod drafts;
 pub(crate) mod export;
 mod impact_modes;

@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use clangor_pipeline::dataset::DatasetError;
 use clangor_pipeline::interchange::body_files::InterchangeError;
 #[cfg(feature = "playback")]
 use clangor_pipeline::playback::PlaybackError;
@@ -98,6 +99,19 @@ impl From<PlaybackError> for Failure {
                 Failure::new(format_args!("{error}; --devices lists them"))
             }
             PlaybackError::Stopped => Failure::InterruptedWith(error.to_string()),
+            other => Failure::new(other),
+        }
+    }
+}
+
+impl From<DatasetError> for Failure {
+    fn from(error: DatasetError) -> Self {
+        match error {
+            DatasetError::Recipe { path: Some(path), text, errors } => {
+                Failure::Drawn(draw_errors(&path, &text, &errors))
+            }
+            DatasetError::Options(error) => error.into(),
+            error if error.is_interruption() => Failure::InterruptedWith(error.to_string()),
             other => Failure::new(other),
         }
     }

@@ -1,5 +1,9 @@
-//! Every dependency is under a licence that lets anyone use Clangor for anything.
+//! Every dependency is under a licence that lets anyone use Clangor for anything, and comes once, but for
+//! those that are known to come more often.
 
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 /// Licences that ask for no more than a notice.
@@ -17,6 +21,23 @@ const ALLOWED: &[&str] = &[
     "Unicode-DFS-2016",
     "CC0-1.0",
     "0BSD",
+];
+
+/// Packages of several versions, and how many: their users have not agreed yet. A version more is a build
+/// and a binary that is larger; look first whether an update of its user removes it.
+const REPEATED: &[(&str, usize)] = &[
+    ("bitflags", 2),
+    ("equator", 2),
+    ("equator-macro", 2),
+    ("getrandom", 3),
+    ("hashbrown", 2),
+    ("jni-sys", 2),
+    ("miniz_oxide", 2),
+    ("num-derive", 2),
+    ("r-efi", 2),
+    ("syn", 3),
+    ("thiserror", 2),
+    ("thiserror-impl", 2),
 ];
 
 /// Whether an SPDX expression can be satisfied by allowed licences alone.
@@ -64,4 +85,19 @@ fn the_rule_can_refuse() {
     {
         assert!(allowed(good), "{good}");
     }
+}
+
+#[test]
+fn no_more_versions_of_a_dependency_than_are_known() {
+    let lock = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../Cargo.lock");
+    let lock = fs::read_to_string(lock).unwrap();
+    let mut versions = BTreeMap::new();
+    for name in lock.lines().filter_map(|line| line.strip_prefix("name = ")) {
+        *versions.entry(name.trim_matches('"')).or_insert(0) += 1;
+    }
+    let repeated: Vec<(&str, usize)> = versions.into_iter().filter(|(_, count)| *count > 1).collect();
+    assert_eq!(
+        repeated, REPEATED,
+        "Cargo.lock has other versions than are known; `cargo tree -d` shows their users"
+    );
 }

@@ -1,4 +1,4 @@
-//! The ranges of numbers that are accepted in scenes and in timelines.
+//! The ranges of numbers that are accepted in scenes, timelines, sound models and contact lists.
 //!
 //! The bounds lie outside what is physical, and inside what the formulas compute without overflow.
 
@@ -111,11 +111,60 @@ pub const STIFFNESS: Quantity = Quantity::between(1e-9, 1e12, "N/m");
 pub const SPRING_DAMPING: Quantity = Quantity::between(0.0, 1e12, "N s/m");
 /// Length of a spring without force.
 pub const REST_LENGTH: Quantity = Quantity::between(0.0, 1e5, "m");
+/// Frequency of a mode, or the highest of a model.
+pub const FREQUENCY: Quantity = Quantity::between(1e-3, 1e9, "Hz");
+/// Rate at which the dampers of supports take the energy of a mode.
+pub const DAMPING_RATE: Quantity = Quantity::between(0.0, 1e9, "1/s");
+/// Relative error that is asked of a model.
+pub const ACCURACY: Quantity = Quantity::above(0.0, 1e6, "");
+/// Highest wavenumber of a field, over the bounding radius.
+pub const WAVENUMBER: Quantity = Quantity::between(1e-9, 1e6, "");
+/// Time for which a field rings on, over that of sound along the bounding radius.
+pub const RING_TIME: Quantity = Quantity::between(0.0, 1e6, "");
+/// Place of a node of a field in the plane of complex frequencies, over c/R.
+pub const NODE: Quantity = Quantity::between(0.0, 1e7, "");
+/// Weight of a node of a field.
+pub const NODE_WEIGHT: Quantity = Quantity::between(0.0, 1e30, "");
+/// Component of a multipole, of a pressure or of a shape.
+pub const COMPONENT: Quantity = Quantity::between(-1e20, 1e20, "");
+/// Component of an impulse.
+pub const IMPULSE: Quantity = Quantity::between(-1e12, 1e12, "N s");
+/// Component of a couple over time.
+pub const ANGULAR_IMPULSE: Quantity = Quantity::between(-1e12, 1e12, "N m s");
+/// Component of a velocity.
+pub const VELOCITY: Quantity = Quantity::coordinate("m/s");
 /// Component of a position.
 pub const COORDINATE: Quantity = Quantity::coordinate("m");
+
+/// Digits of a length in a message.
+const LENGTH_DIGITS: i32 = 2;
+
+/// A length \[m\] in mm, cm or m, to two digits and without an exponent: "1.1 cm".
+pub fn readable_length(metres: f64) -> String {
+    let (unit, scale) = match metres.abs() {
+        size if size >= 1.0 => ("m", 1.0),
+        size if size >= 0.01 => ("cm", 100.0),
+        _ => ("mm", 1000.0),
+    };
+    let value = scale * metres;
+    let order = value.abs().log10().floor();
+    let decimals = if order.is_finite() { (LENGTH_DIGITS - 1 - order as i32).max(0) } else { 0 };
+    format!("{value:.*} {unit}", decimals as usize)
+}
 
 /// A number without trailing zeros.
 pub fn readable(value: f64) -> String {
     let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite();
     if plain { format!("{value}") } else { format!("{value:e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_length_has_a_unit_of_its_size() {
+        let shown = [1.084e-2, 3.3e-3, 1.2e-6, 0.5, 12.34, -0.02, 0.0].map(readable_length);
+        assert_eq!(shown, ["1.1 cm", "3.3 mm", "0.0012 mm", "50 cm", "12 m", "-2.0 cm", "0 mm"]);
+    }
 }

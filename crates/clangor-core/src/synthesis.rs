@@ -43,6 +43,7 @@ mod sphere_spectrum;
 pub mod strike;
 pub mod strike_error;
 pub mod striker;
+pub mod struck_sources;
 pub mod synthesis_error;
 mod wave;
 

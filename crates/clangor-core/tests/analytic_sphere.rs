@@ -81,6 +81,7 @@ fn impact(radius: f64, listener: DVec3, tau: f64, rate: u32) -> Strike {
         max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
+        room: None,
         sphere_model: SphereModel::Exact,
     }
 }

@@ -68,6 +68,7 @@ fn struck_sphere_agrees_with_the_reference_program() {
             max_frequency: None,
             seconds: None,
             medium: Medium::AIR,
+            room: None,
             sphere_model: SphereModel::Exact,
         };
         let sound = strike(&body, &impact).unwrap();

@@ -3,6 +3,8 @@
 
 #[allow(dead_code)]
 mod damage;
+#[allow(dead_code)]
+mod fuzzing;
 
 use clangor_core::glam::DVec3;
 use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
@@ -10,7 +12,8 @@ use clangor_core::sound_model::files::ellipsoid_bank_file::{BankFile, BankOrigin
 use clangor_core::sound_model::files::model_file::ModelFile;
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
 use clangor_core::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
-use damage::{all_is_noticed, forged_damage};
+use damage::{TENSOR_WORDS, all_is_noticed, forged, forged_damage};
+use fuzzing::{Target, fuzz};
 use num_complex::Complex64;
 use proptest::prelude::*;
 
@@ -150,4 +153,22 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn fuzz_banks() {
+    let mut target =
+        Target::parser("banks", "safetensors", vec![bank().encode(1e-3).unwrap()], &TENSOR_WORDS);
+    target.mend = &forged;
+    fuzz(&target, &|_, bytes| match BankFile::decode(bytes) {
+        Err(error) => error.to_string(),
+        Ok(file) => {
+            for entry in file.bank.entries() {
+                let at = DVec3::new(1.0, 2.0, 0.5);
+                let pressure = entry.field.pressure(&[1.0; RIGID_DOFS], at, 1.3);
+                assert!(pressure.is_finite(), "{pressure}");
+            }
+            format!("a bank of {}", file.bank.entries().len())
+        }
+    });
 }

@@ -16,7 +16,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("body", &["geometry", "material", "pose"]),
     ("shape", &["body", "geometry", "math"]),
     ("timeline", &["body"]),
-    ("sound_model", &["body", "geometry", "math", "medium"]),
+    ("sound_model", &["body", "geometry", "math", "medium", "quantity"]),
     ("contact", &["body", "geometry", "material", "math", "pose", "timeline"]),
     (
         "synthesis",

@@ -3,6 +3,8 @@
 
 #[allow(dead_code)]
 mod damage;
+#[allow(dead_code)]
+mod fuzzing;
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::glam::DVec3;
@@ -14,7 +16,8 @@ use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use damage::{all_is_noticed, edit};
+use damage::{TENSOR_WORDS, all_is_noticed, edit, forged};
+use fuzzing::{Target, fuzz};
 use num_complex::Complex64;
 use proptest::prelude::*;
 
@@ -168,4 +171,23 @@ fn what_could_not_be_read_is_not_written() {
         let message = refused(spoil);
         assert!(message.contains(expected), "{message}");
     }
+}
+
+#[test]
+fn fuzz_modal_models() {
+    let mut target =
+        Target::parser("modal-models", "safetensors", vec![file().encode().unwrap()], &TENSOR_WORDS);
+    target.mend = &forged;
+    fuzz(&target, &|_, bytes| match ModalFile::decode(bytes) {
+        Err(error) => error.to_string(),
+        Ok(file) => {
+            for mode in &file.modal.model.modes {
+                if let Some(transfer) = &mode.transfer {
+                    let pressure = transfer.undelayed(DVec3::new(1.0, 2.0, 0.5), 1.3);
+                    assert!(pressure.is_finite() && transfer.power(1.3) >= 0.0, "{pressure}");
+                }
+            }
+            "modes".into()
+        }
+    });
 }

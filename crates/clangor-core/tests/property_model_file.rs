@@ -3,6 +3,8 @@
 
 #[allow(dead_code)]
 mod damage;
+#[allow(dead_code)]
+mod fuzzing;
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -10,10 +12,12 @@ use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
 use clangor_core::sound_model::acceleration::model::AccelerationModel;
+use clangor_core::sound_model::acceleration::model_evaluator::ModelEvaluator;
 use clangor_core::sound_model::acceleration::near_field::NearField;
 use clangor_core::sound_model::files::model_file::{ModelFile, Origin, Solid};
 use clangor_core::sound_model::files::tensor_file::TensorFileError;
-use damage::{all_is_noticed, edit, forge, forged_damage};
+use damage::{TENSOR_WORDS, all_is_noticed, edit, forge, forged, forged_damage};
+use fuzzing::{Target, fuzz};
 use num_complex::{Complex32, Complex64};
 use proptest::prelude::*;
 
@@ -148,6 +152,11 @@ fn models_that_could_not_be_read_are_not_written() {
         ("wavenumber", &|m| m.acceleration.field.max_wavenumber = 0.0),
         ("0 rows", &|m| m.acceleration.field.nodes.clear()),
         ("held-out", &|m| m.origin.held_out_error = f64::NAN),
+        // Finite, but the sums and quotients of the field are not.
+        ("node 0", &|m| m.acceleration.field.nodes[0].s = Complex64::new(-1e200, 1.0)),
+        ("the weight of node 1", &|m| m.acceleration.field.nodes[1].weight = Complex64::new(1e300, 0.0)),
+        ("acceleration.real", &|m| m.acceleration.field.real[3] = 3e38),
+        ("ring time", &|m| m.acceleration.field.ring_time = 1e300),
     ];
     for (wanted, change) in cases {
         let message = spoil(change);
@@ -169,4 +178,20 @@ proptest! {
             let _ = model.acceleration.max_frequency(Medium::AIR.sound_speed);
         }
     }
+}
+
+#[test]
+fn fuzz_models() {
+    let mut target = Target::parser("models", "safetensors", vec![model().encode().unwrap()], &TENSOR_WORDS);
+    target.mend = &forged;
+    fuzz(&target, &|_, bytes| match ModelFile::decode(bytes) {
+        Err(error) => error.to_string(),
+        Ok(file) => {
+            let field = &file.acceleration.field;
+            let pressure = field.pressure(&[1.0; RIGID_DOFS], DVec3::new(1.0, 2.0, 0.5), 1.3);
+            assert!(pressure.is_finite(), "{pressure}");
+            let made = ModelEvaluator::try_new(&file.acceleration).map(|_| "a model");
+            made.map_or_else(|error| error.to_string(), str::to_owned)
+        }
+    });
 }

@@ -1,6 +1,11 @@
 //! The modal soundbank of ellipsoids: choice of the proxy of a body, its scale and rotation, contact points,
 //! and its file.
 
+#[allow(dead_code)]
+mod damage;
+#[allow(dead_code)]
+mod fuzzing;
+
 use std::f64::consts::{PI, TAU};
 
 use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
@@ -11,6 +16,8 @@ use clangor_core::sound_model::soundbank::modal_soundbank::{
     BankMaterial, ContactMapping, EllipsoidMode, ModalProxyError, ModalSoundbank, ModalSoundbankError,
     ProxyBody, RingingEllipsoid, normalised_ellipsoid, parity_harmonics,
 };
+use damage::{TENSOR_WORDS, forged};
+use fuzzing::{Target, fuzz};
 use glam::{DMat3, DQuat, DVec3, Vec3Swizzles};
 use num_complex::Complex64;
 
@@ -350,4 +357,15 @@ fn a_source_plays_the_proxy_in_the_frame_of_the_body() {
         assert!((values[k] - expected).norm() < 1e-11 * expected.norm(), "{} {expected}", values[k]);
     }
     assert!(source.resonances().iter().all(|r| r.damping_ratio > 0.5e-3));
+}
+
+#[test]
+fn fuzz_modal_banks() {
+    let mut target =
+        Target::parser("modal-banks", "safetensors", vec![file().encode().unwrap()], &TENSOR_WORDS);
+    target.mend = &forged;
+    fuzz(&target, &|_, bytes| match ModalSoundbankFile::decode(bytes) {
+        Err(error) => error.to_string(),
+        Ok(file) => format!("a bank of {}", file.bank.entries().len()),
+    });
 }

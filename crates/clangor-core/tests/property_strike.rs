@@ -30,6 +30,7 @@ fn impact(radius: f64) -> Strike {
         max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
+        room: None,
         sphere_model: SphereModel::Exact,
     }
 }

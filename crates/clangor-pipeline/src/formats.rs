@@ -5,6 +5,7 @@ pub mod contact_list;
 pub mod glb;
 pub mod gltf_motion;
 pub mod input_file;
+pub(crate) mod labelled_samples;
 pub mod mesh_reader;
 pub mod modal_soundbank;
 pub mod model_cache;

@@ -1,6 +1,7 @@
 //! The stages with their files: scene and meshes in, timeline and WAV out.
 
 pub mod analysis;
+pub mod dataset;
 pub mod formats;
 pub mod interchange;
 pub mod motion;

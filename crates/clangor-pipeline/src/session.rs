@@ -29,10 +29,11 @@ pub mod named_body;
 mod play;
 mod progress;
 mod saved_forces;
+pub(crate) mod sounding_body;
 mod source;
 pub mod strike;
 mod struck_body;
-mod struck_model;
+pub(crate) mod struck_model;
 mod struck_sound;
 mod web_export;
 

@@ -116,6 +116,7 @@ fn loudness(body: &Body, source: &Arc<ModalSource>, (point, impulse): (DVec3, DV
         max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
+        room: None,
         sphere_model: SphereModel::Exact,
     };
     let count = 24_000_i32;

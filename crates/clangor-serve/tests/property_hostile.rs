@@ -1,8 +1,12 @@
 //! Over real sockets: whatever is asked, in whatever spelling, nothing outside the page is reached and the
 //! next one is answered.
 
+#[path = "../../clangor-core/tests/fuzzing/mod.rs"]
+#[allow(dead_code)]
+mod fuzzing;
+
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Ipv6Addr, SocketAddr, TcpStream};
+use std::net::{Ipv6Addr, Shutdown, SocketAddr, TcpStream};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,6 +15,7 @@ use std::time::{Duration, Instant};
 
 use clangor_serve::server::{CONNECTIONS, HEAD_TIMEOUT};
 use clangor_serve::{Page, ServeError, Server};
+use fuzzing::{Target, fuzz};
 
 const INDEX: &[u8] = b"<!doctype html><title>first</title>";
 const WASM: &[u8] = b"\0asm\x01\0\0\0";
@@ -347,4 +352,50 @@ fn a_port_in_use_is_said_to_be() {
     let refused = Server::bind(Page::default(), server.port).expect_err("in use");
     assert!(matches!(refused, ServeError::PortInUse(port) if port == server.port), "{refused}");
     assert!(refused.to_string().contains("--port 0"), "{refused}");
+}
+
+/// Requests of any bytes: each is answered or cut off, nothing outside the page comes back, and the next
+/// one is answered.
+#[test]
+fn fuzz_requests() {
+    let running = Running::start();
+    let host = format!("Host: 127.0.0.1:{}\r\n", running.port);
+    let seeds = [
+        format!("GET / HTTP/1.1\r\n{host}\r\n"),
+        format!("HEAD /assets/page.js HTTP/1.1\r\n{host}If-None-Match: \"a\", W/\"b\"\r\n\r\n"),
+        format!("GET http://127.0.0.1:{}/?a=b HTTP/1.0\r\n{host}\r\n", running.port),
+        format!("POST / HTTP/1.1\r\n{host}Transfer-Encoding: chunked\r\n\r\n3\r\nabc\r\n0\r\n\r\n"),
+        format!("GET /assets/../../Cargo.toml HTTP/1.1\r\n{host}Connection: close\r\n\r\n"),
+    ];
+    let words = [
+        "\r\n",
+        "\r\n\r\n",
+        "GET ",
+        "HEAD ",
+        "HTTP/1.1",
+        "HTTP/2.0",
+        "Host: ",
+        "/../",
+        "%2e%2e/",
+        "%00",
+        ":",
+        "chunked",
+        "Content-Length: 18446744073709551616\r\n",
+        "Upgrade: h2c\r\n",
+        "Expect: 100-continue\r\n",
+        "\0",
+        "\u{7f}",
+    ];
+    let seeds = seeds.map(String::into_bytes).to_vec();
+    fuzz(&Target::parser("requests", "http", seeds, &words), &|_, bytes| {
+        let mut stream = running.connect();
+        let _ = stream.write_all(bytes);
+        let _ = stream.shutdown(Shutdown::Write);
+        let mut answer = Vec::new();
+        let _ = stream.read_to_end(&mut answer);
+        let text = String::from_utf8_lossy(&answer);
+        assert!(!text.contains("[package]") && (answer.is_empty() || text.starts_with("HTTP/1.")), "{text}");
+        text.lines().next().unwrap_or_default().to_owned()
+    });
+    assert_eq!(running.get("/").0, 200);
 }

@@ -69,6 +69,20 @@ pub enum SimulationError {
         /// When \[s\].
         time: f64,
     },
+    /// A spring pulls so strongly that no step brings it to rest.
+    #[error(
+        "a spring of \"{body}\" is strained so strongly that its motion cannot be followed at \
+         t = {time:.6} s (off by {gap:.3e} m); use a smaller time_step, a lower stiffness, or a rest_length \
+         nearer to its length"
+    )]
+    StrainedSpring {
+        /// The body at its near end.
+        body: String,
+        /// How far it is off its law \[m\].
+        gap: f64,
+        /// When \[s\].
+        time: f64,
+    },
     /// The ends of a joint are apart at the start.
     #[error("a joint of \"{body}\" is open by {gap:.3e} m (or rad) at t = 0; its ends must meet there")]
     OpenJoint {

@@ -54,6 +54,7 @@ mod sleep;
 mod spring;
 mod state;
 mod step_log;
+mod stiff_spring;
 mod world;
 
 pub use compliance::ContactModes;

@@ -4,12 +4,15 @@ use clangor_core::body::{Body, Link, Motion, Surface, World};
 use clangor_core::glam::DVec3;
 pub use clangor_core::scene::simulation_description::{ContactModel, SolverChoice as Solver};
 
+use crate::spheres::spring_pace;
+
 /// Largest number of freely falling inelastic balls that is left to the sphere solver; more may pile up,
 /// which it computes only slowly.
 const FEW_FALLING: usize = 8;
 
 /// Resolves `Auto` for a world: `Spheres` if all bodies are spheres and planes without prescribed motion,
-/// links hold their centres only, and at most eight inelastic balls fall, or some hang; else `Rigid`.
+/// links hold their centres only, springs are so slow that each oscillation can be followed, and at most
+/// eight inelastic balls fall, or some hang; else `Rigid`.
 pub fn choose_solver(world: &World, solver: Solver) -> Solver {
     let suits_spheres = |b: &Body| {
         let prescribed = match &b.motion {
@@ -19,7 +22,9 @@ pub fn choose_solver(world: &World, solver: Solver) -> Solver {
         };
         !matches!(*b.surface, Surface::Mesh(_)) && !prescribed
     };
-    let suited = world.bodies.iter().all(suits_spheres) && world.links.iter().all(Link::joins_centres);
+    let suited = world.bodies.iter().all(suits_spheres)
+        && world.links.iter().all(Link::joins_centres)
+        && spring_pace::can_be_followed(world);
     let hung = world.links.iter().any(|link| matches!(link, Link::Hang { .. }));
     match solver {
         Solver::Auto if suited && (hung || falling(world) <= FEW_FALLING) => Solver::Spheres,

@@ -17,6 +17,7 @@ mod compliant_cluster;
 mod event_driven;
 mod impact;
 mod pair_coefficients;
+pub(crate) mod spring_pace;
 mod stepped;
 mod tolerances;
 

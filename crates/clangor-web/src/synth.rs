@@ -50,7 +50,8 @@ struct File {
 
 impl File {
     fn try_new(model: Vec<u8>, damping: &[u8]) -> Result<Self, SynthError> {
-        let table = (!damping.is_empty()).then(|| serde_json::from_slice(damping)).transpose()?;
+        let table = (!damping.is_empty()).then(|| serde_json::from_slice(damping)).transpose();
+        let table = table.map_err(SynthError::Damping)?;
         Ok(File { model, damping: table.map(Damping::T60Table) })
     }
 
@@ -83,19 +84,19 @@ enum SynthError {
     NotText,
     #[error("{0}")]
     Scene(String),
-    #[error("a sample rate of {0} Hz is none")]
+    #[error("a sample rate of {0} Hz is not supported: it must be a whole number below 1 MHz")]
     Rate(f64),
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),
     #[error(transparent)]
     Object(#[from] ObjectError),
-    #[error("the damping is no list of frequencies and times: {0}")]
-    Damping(#[from] serde_json::Error),
+    #[error("the damping must be a list of pairs of frequency and time")]
+    Damping(#[source] serde_json::Error),
     #[error(transparent)]
     Send(#[from] SendError),
-    #[error("slot {0} is none of the {SLOTS} there are")]
+    #[error("there is no slot {0}; there are {SLOTS}, from slot 0")]
     Slot(u32),
-    #[error("nothing has been started")]
+    #[error("no scene has been started")]
     Silent,
     #[error("{0} Pa cannot be full scale")]
     FullScale(f64),

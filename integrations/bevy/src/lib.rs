@@ -93,7 +93,8 @@ impl Sounding {
 #[derive(Component, Clone, Debug)]
 pub struct Ground(pub Material);
 
-/// Position of the listener; the receivers are to the left and right of it.
+/// The listener; the receivers are to the left and right of its position in the world (`GlobalTransform`),
+/// which Bevy's `TransformPlugin` computes. It may be the child of another entity, such as a camera or a head.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(Transform)]
 pub struct Ears;
@@ -138,8 +139,10 @@ impl Plugin for ClangorPlugin {
         let (controller, profile) = (Mutex::new(controller), self.profile);
         let solver = ImpactSolver::default();
         app.insert_resource(Sound { controller, profile, solver, offset: None, impacts: 0 });
-        let systems = (follow_clock, send_receivers, send_poses, send_impacts).chain();
+        let systems = (follow_clock, send_poses, send_impacts).chain();
         app.add_systems(PhysicsSchedule, systems.in_set(PhysicsStepSystems::Last));
+        // In every frame, where the frame shows the listener: also between two steps of the physics.
+        app.add_systems(PostUpdate, send_receivers.after(TransformSystems::Propagate));
     }
 }
 
@@ -168,11 +171,11 @@ fn follow_clock(mut sound: ResMut<Sound>, clock: Res<Time<Physics>>) {
     }
 }
 
-/// Sends the positions of the receivers.
-fn send_receivers(mut sound: ResMut<Sound>, ears: Query<&Transform, With<Ears>>) {
+/// Sends the positions of the receivers in the world.
+fn send_receivers(mut sound: ResMut<Sound>, ears: Query<&GlobalTransform, With<Ears>>) {
     if let Some(ears) = ears.iter().next() {
-        let middle = widened(ears.translation);
-        // Without room in the ring, the next step sends again.
+        let middle = widened(ears.translation());
+        // Without room in the ring, the next frame sends again.
         let _ = sound.controller().place_listener(middle, widened(*ears.right()));
     }
 }

@@ -3,6 +3,7 @@
 //! It converts values and errors, and has no physics of its own. Long work runs without the interpreter's
 //! lock; Ctrl-C stops it.
 
+mod dataset;
 mod errors;
 mod modes;
 mod progress;
@@ -23,9 +24,11 @@ fn _clangor(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<session::Body>()?;
     module.add_class::<sound::Sound>()?;
     module.add_class::<strike::StruckSound>()?;
+    module.add_class::<dataset::Strikes>()?;
     module.add_class::<modes::Modes>()?;
     module.add_class::<timeline::Timeline>()?;
     module.add_function(wrap_pyfunction!(strike::strike, module)?)?;
+    module.add_function(wrap_pyfunction!(dataset::usual_shards, module)?)?;
     module.add_function(wrap_pyfunction!(modes::modes, module)?)?;
     module.add_function(wrap_pyfunction!(settings::materials, module)?)?;
     Ok(())

@@ -116,6 +116,10 @@ fn meridian(Axisymmetry { meridian, axis }: &Axisymmetry<'_>, options: &BakeOpti
     }
 }
 
+/// Share of the error left to what the wavenumbers of a band share: ten times as much at the resonances of a
+/// cavity.
+const SWEEP_SHARE: f64 = 0.01;
+
 /// Boundary elements on triangles.
 fn triangles(
     geometry: &BakeGeometry,
@@ -142,6 +146,7 @@ fn triangles(
         }
     };
     let unknowns = solver.unknowns();
+    let solver = solver.for_many_wavenumbers(options.max_wavenumber, SWEEP_SHARE * options.accuracy);
     Ok(Prepared {
         solver: Box::new(solver),
         highest: options.max_wavenumber,

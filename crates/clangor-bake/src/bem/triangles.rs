@@ -27,6 +27,8 @@
 //! each plane has the same parity. Each combination that occurs among the six motions, a parity class, is a
 //! system over the cell alone.
 //!
+//! Solves at many wavenumbers of a band share their systems (`sweep`).
+//!
 //! Not for open sheets, nor for bodies that need more than [`MOST_UNKNOWNS`] in a class.
 
 use std::borrow::Cow;
@@ -35,9 +37,6 @@ use std::sync::OnceLock;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::math::spherical_harmonics::count;
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::lu::partial_pivoting::{factor, solve};
-use faer::{MatMut, Par};
 use glam::{BVec3, DMat3, DVec3};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -46,6 +45,7 @@ use crate::effort::Effort;
 use crate::mesh::remesh::SymmetricMesh;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
+mod dense_system;
 mod far;
 pub mod field;
 mod incident_waves;
@@ -57,14 +57,18 @@ mod panels;
 mod parity_classes;
 mod reception;
 mod surface_pressure;
+pub(crate) mod sweep;
 
+use dense_system::ClassSystem;
 use far::{ClassMatrix, FarSystem};
 use near::NearSystem;
 use pair_integrals::parity;
 use panels::{Panels, along_curve};
 use parity_classes::ParityClass;
 use reception::turn;
+use sweep::Sweep;
 
+pub use dense_system::DenseSystem;
 pub use incident_waves::SurfaceHarmonics;
 pub use reception::MOST_ORDER;
 
@@ -106,6 +110,8 @@ pub struct TriangleSolver {
     far: FarSystem,
     /// Harmonics up to the order of the first solve, for all later ones.
     harmonics: OnceLock<Option<SurfaceHarmonics>>,
+    /// What many wavenumbers share.
+    sweep: Option<Sweep>,
 }
 
 impl TriangleSolver {
@@ -194,6 +200,7 @@ impl TriangleSolver {
             near,
             far,
             harmonics,
+            sweep: None,
         })
     }
 
@@ -263,14 +270,26 @@ impl TriangleSolver {
 
     /// The matrices of some classes, column by column, at a wavenumber [1/m].
     fn matrices(&self, wavenumber: f64, classes: &[ParityClass]) -> Vec<Vec<Complex32>> {
-        let k = wavenumber * self.radius;
-        let coupling = self.coupling(k);
         let mut matrices: Vec<ClassMatrix> = classes.iter().map(empty_matrix).collect();
-        self.far.assemble_matrices(k, coupling, &mut matrices);
+        self.assemble_matrices(wavenumber * self.radius, &mut matrices);
+        matrices.into_iter().map(|class| class.matrix).collect()
+    }
+
+    /// Adds all entries at a wavenumber [1/R] to matrices.
+    fn assemble_matrices(&self, k: f64, matrices: &mut [ClassMatrix<'_>]) {
+        let coupling = self.coupling(k);
+        self.far.assemble_matrices(k, coupling, matrices);
         self.near_system(k).for_each(k, coupling, |image, row, column, value| {
             matrices.iter_mut().for_each(|class| class.add_entry(image, row, column, value));
         });
-        matrices.into_iter().map(|class| class.matrix).collect()
+    }
+
+    /// Loads of all vertices at a wavenumber [1/R], of motions along and about the axes of the cell.
+    fn loads(&self, k: f64) -> Vec<[Complex64; RIGID_DOFS]> {
+        let coupling = self.coupling(k);
+        let mut loads = self.near_system(k).loads(k, coupling);
+        self.far.assemble_loads(k, coupling, &mut loads);
+        loads
     }
 
     /// The harmonics of the projection up to an order, computed by the first call.
@@ -298,7 +317,10 @@ impl TriangleSolver {
     /// Pressures at the vertices of the cell, of motions along and about its axes, in units of R.
     fn cell_pressures(&self, wavenumber: f64) -> Result<Vec<[Complex64; RIGID_DOFS]>, RadiationError> {
         // Assembly and factorisation of each parity class.
-        let solutions = self.assemble(wavenumber).solve();
+        let k = wavenumber * self.radius;
+        let swept =
+            self.sweep.as_ref().filter(|sweep| sweep.covers(k)).and_then(|sweep| sweep.solve(self, k));
+        let solutions = swept.unwrap_or_else(|| self.assemble(wavenumber).solve());
         let mut of_cell = vec![[Complex64::ZERO; RIGID_DOFS]; self.panels.vertices.len()];
         for (class, solution) in self.classes.iter().zip(&solutions) {
             for (d, column) in class.motions.iter().zip(solution.chunks_exact(class.size.max(1))) {
@@ -341,22 +363,6 @@ fn most_unknowns(classes: &[ParityClass]) -> usize {
     classes.iter().map(|class| class.size).max().unwrap_or(0)
 }
 
-/// Equations of the six motions at one wavenumber, lengths in R.
-#[derive(Clone, Debug)]
-pub struct DenseSystem {
-    wavenumber: f64,
-    systems: Vec<ClassSystem>,
-}
-
-/// Equations of the motions of one parity class.
-#[derive(Clone, Debug)]
-struct ClassSystem {
-    size: usize,
-    /// Column by column.
-    matrix: Vec<Complex32>,
-    right: Vec<Complex32>,
-}
-
 impl RadiationSolver for TriangleSolver {
     fn solve(&self, wavenumbers: &[f64], order: usize) -> Result<Vec<RadiationSample>, RadiationError> {
         let entries: usize = self.classes.iter().map(|class| class.size * class.size).sum();
@@ -364,6 +370,9 @@ impl RadiationSolver for TriangleSolver {
         let harmonics = self.kept_harmonics(order);
         let mut samples = Vec::with_capacity(wavenumbers.len());
         for batch in wavenumbers.chunks(together) {
+            if let Some(sweep) = &self.sweep {
+                sweep.prepare(self, &batch.iter().map(|k| k * self.radius).collect::<Vec<_>>());
+            }
             let solved: Result<Vec<_>, _> =
                 batch.par_iter().map(|k| self.solve_one(*k, order, harmonics)).collect();
             samples.extend(solved?);
@@ -378,65 +387,6 @@ impl RadiationSolver for TriangleSolver {
     fn surface(&self) -> Option<&TriMesh> {
         Some(&self.mesh)
     }
-}
-
-impl DenseSystem {
-    /// Wavenumber [1/m].
-    pub fn wavenumber(&self) -> f64 {
-        self.wavenumber
-    }
-
-    /// The unknowns of each parity class, one motion after the other.
-    pub fn solve(self) -> Vec<Vec<Complex32>> {
-        self.systems.into_iter().map(ClassSystem::solve).collect()
-    }
-}
-
-impl ClassSystem {
-    /// The unknowns of each motion, one motion after the other.
-    fn solve(self) -> Vec<Complex32> {
-        self.solved(Side::Own)
-    }
-
-    /// The same for the transposed matrix.
-    fn solve_transposed(self) -> Vec<Complex32> {
-        self.solved(Side::Transposed)
-    }
-
-    fn solved(self, side: Side) -> Vec<Complex32> {
-        let Self { size, mut matrix, mut right } = self;
-        let columns = right.len() / size.max(1);
-        let mut factors = MatMut::from_column_major_slice_mut(&mut matrix, size, size);
-        let unknowns = MatMut::from_column_major_slice_mut(&mut right, size, columns);
-        let (mut forward, mut backward) = (vec![0_usize; size], vec![0_usize; size]);
-        let need = factor::lu_in_place_scratch::<usize, Complex32>(size, size, Par::Seq, Default::default())
-            .or(solve::solve_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq))
-            .or(solve::solve_transpose_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq));
-        let mut buffer = MemBuffer::new(need);
-        let (_, permutation) = factor::lu_in_place(
-            factors.as_mut(),
-            &mut forward,
-            &mut backward,
-            Par::Seq,
-            MemStack::new(&mut buffer),
-            Default::default(),
-        );
-        let (lower, stack) = (factors.as_ref(), MemStack::new(&mut buffer));
-        match side {
-            Side::Own => solve::solve_in_place(lower, lower, permutation, unknowns, Par::Seq, stack),
-            Side::Transposed => {
-                solve::solve_transpose_in_place(lower, lower, permutation, unknowns, Par::Seq, stack);
-            }
-        }
-        right
-    }
-}
-
-/// Which matrix of a factorisation is solved.
-#[derive(Clone, Copy, PartialEq)]
-enum Side {
-    Own,
-    Transposed,
 }
 
 fn narrow(z: Complex64) -> Complex32 {

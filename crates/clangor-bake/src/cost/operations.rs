@@ -3,7 +3,10 @@
 //!
 //! ```text
 //! frequencies   F = κ/Δκ + 12
-//! triangles     F ( Σ_classes 0.43 n³ + 1500 g n² )     n unknowns of a class, g images
+//! triangles     Σ_classes ( A 0.43 n³ + F 350 n² ) + ( F 250 + 10⁴ + 450 κ ) g n²
+//!               n unknowns of a class, g images, A = κ/1.5 anchors
+//!               F ( Σ_classes 0.43 n³ + 250 g n² ) + …  where anchors do not fit, or n ≤ 1200
+//!               F ( Σ_classes 0.43 n³ + 1500 g n² )     where the tables do not fit
 //! patches       F 6 ( 4 n³ + 300 n² )
 //! meridian      F 3400 n²
 //! time domain   6 · 12.5 cells · steps
@@ -11,6 +14,13 @@
 //!
 //! An estimate is good to a factor of two or three: the number of frequencies depends on the resonances of
 //! the body.
+
+use crate::bem::triangles::sweep::anchors::{FEW, SPACING as ANCHOR_SPACING, WIDEST};
+use crate::bem::triangles::sweep::{MEMORY as SWEEP_MEMORY, SHORTEST};
+
+/// Bytes of a complex entry, and nodes of a table.
+const BYTES: f64 = 8.0;
+const TABLES: f64 = 7.0;
 
 /// Operations that no field takes without being asked for by its method: some ten minutes of two cores.
 pub(crate) const MOST_OPERATIONS: f64 = 1.2e13;
@@ -25,7 +35,20 @@ fn frequencies(kappa: f64, spacing: f64) -> f64 {
 
 /// Triangles with `unknowns` in each of `classes` systems and `images` mirror images.
 pub(crate) fn triangles(unknowns: usize, systems: [usize; 2], kappa: f64, spacing: f64) -> f64 {
-    frequencies(kappa, spacing) * solve(unknowns, systems)
+    let [classes, images] = systems.map(|count| count as f64);
+    let (n, solves) = (unknowns as f64, frequencies(kappa, spacing));
+    let alone = solves * solve(unknowns, systems);
+    let tables = BYTES * TABLES * images * n * n;
+    if tables > SWEEP_MEMORY as f64 || kappa < SHORTEST {
+        return alone;
+    }
+    let shared = images * n * n * (250.0 * solves + 1e4 + 450.0 * kappa);
+    let most = (SWEEP_MEMORY as f64 - tables) / (BYTES * classes * n * n);
+    let anchors = (kappa / ANCHOR_SPACING).min(most);
+    let anchored = unknowns > FEW && anchors * WIDEST >= kappa;
+    let factors = 0.43 * classes * n.powi(3);
+    let each = if anchored { 350.0 * classes * n * n } else { factors };
+    (shared + solves * each + if anchored { anchors * factors } else { 0.0 }).min(alone)
 }
 
 /// The same at one frequency.

@@ -24,7 +24,8 @@ pub(crate) struct ModelArguments {
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) method: Solver,
     /// CPU time in seconds, estimated, that the exact models of a scene or a body may take; the costlier ones
-    /// are drafts. Without effect on bake, which computes all
+    /// are drafts. Without effect on bake and strike --list, which compute
+    /// all
     #[arg(long, value_name = "S", default_value_t = PATIENCE, value_parser = patience)]
     pub(crate) patience: f64,
 }

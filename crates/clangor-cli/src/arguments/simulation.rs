@@ -10,6 +10,9 @@ use super::values::duration;
 pub(crate) struct Check {
     /// The scene
     pub(crate) scene: PathBuf,
+    /// Show what it will cost: bodies, triangles, pairs, steps, rows, and the CPU time of its models
+    #[arg(long)]
+    pub(crate) cost: bool,
 }
 
 #[derive(Args)]

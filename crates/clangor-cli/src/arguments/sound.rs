@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use clangor_core::glam::DVec3;
+use clangor_pipeline::dataset::Shard;
 use clap::{Args, ValueEnum};
 
 use super::models::{DeviceArgument, ModelArguments};
 use super::values::{
-    body_model, contact_duration, duration, full_scale, instant, level, positive, striker, vector,
+    body_model, contact_duration, duration, full_scale, instant, level, positive, shard, striker, vector,
 };
 
 #[derive(Args)]
@@ -113,13 +114,20 @@ pub(crate) struct Play {
 pub(crate) struct Strike {
     /// A shape (sphere:0.0075, coin, mug …), a mesh file (of a glTF file with several bodies: FILE.glb#BODY)
     /// or a sound model
-    pub(crate) body: String,
+    #[arg(required_unless_present = "list")]
+    pub(crate) body: Option<String>,
+    /// A data set instead of one impact: a recipe (.toml) or a table of strikes (.csv, .jsonl, .parquet); see
+    /// docs/format/dataset.md
+    #[arg(long, value_name = "FILE", conflicts_with_all = ONE_IMPACT)]
+    pub(crate) list: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) dataset: DatasetArguments,
     /// Material preset; not needed for a glTF file that gives the material in KHR_audio_rigid_bodies
     #[arg(long, value_name = "NAME")]
     pub(crate) material: Option<String>,
     /// Impulse in N s
     #[arg(long, value_name = "JX,JY,JZ", value_parser = vector, allow_hyphen_values = true)]
-    #[arg(required_unless_present = "striker", conflicts_with = "striker")]
+    #[arg(required_unless_present_any = ["striker", "list"], conflicts_with = "striker")]
     pub(crate) impulse: Option<DVec3>,
     /// A ball that hits the body, instead of an impulse: material preset and radius in metres
     #[arg(long, value_name = "MATERIAL:RADIUS", value_parser = striker)]
@@ -137,13 +145,15 @@ pub(crate) struct Strike {
     pub(crate) contact_steps: u32,
     /// Point of impact on the surface in metres from the centre of mass
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    pub(crate) point: DVec3,
+    #[arg(required_unless_present = "list")]
+    pub(crate) point: Option<DVec3>,
     /// Listener in metres from the centre of mass
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    pub(crate) listener: DVec3,
-    /// The WAV or CSV file to write
-    #[arg(short, long, value_name = "OUT.wav|OUT.csv")]
-    pub(crate) output: PathBuf,
+    #[arg(required_unless_present = "list")]
+    pub(crate) listener: Option<DVec3>,
+    /// The WAV or CSV file to write, or the folder of a data set
+    #[arg(short, long, value_name = "OUT.wav|OUT.csv|FOLDER", required_unless_present = "bake_only")]
+    pub(crate) output: Option<PathBuf>,
     /// Duration of the contact in seconds (default: Hertz against a rigid plane at 1 m/s)
     #[arg(long, value_name = "TAU", value_parser = contact_duration, conflicts_with = "striker")]
     pub(crate) duration: Option<f64>,
@@ -172,6 +182,51 @@ pub(crate) struct Strike {
     /// Scale of a mesh file to metres
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
     pub(crate) scale: f64,
+}
+
+/// Options of one impact, which a data set takes from its recipe.
+const ONE_IMPACT: [&str; 14] = [
+    "body",
+    "material",
+    "impulse",
+    "striker",
+    "speed",
+    "normal",
+    "contact_steps",
+    "point",
+    "listener",
+    "duration",
+    "sample_rate",
+    "seconds",
+    "sound",
+    "parts",
+];
+
+/// Options of a data set.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct DatasetArguments {
+    /// Part of the data set to write, as in 3/16: 16 parts together are the whole, for the jobs of an array
+    #[arg(long, value_name = "K/N", value_parser = shard, requires = "list")]
+    pub(crate) shard: Option<Shard>,
+    /// Number of files (default: one for each 1000 strikes)
+    #[arg(long, value_name = "N", requires = "list", conflicts_with = "shard")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=99_999))]
+    pub(crate) shards: Option<u32>,
+    /// Where the samples go: a column of the Parquet files, or one WAV file for each strike
+    #[arg(long, value_enum, default_value = "parquet", requires = "list")]
+    pub(crate) files: DatasetFiles,
+    /// Bake the sound models into the cache, or those of the part K/N of the bodies, and write nothing
+    #[arg(long, requires = "list")]
+    pub(crate) bake_only: bool,
+}
+
+/// Where the samples of a data set are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DatasetFiles {
+    /// In Parquet files
+    Parquet,
+    /// In WAV files
+    Wav,
 }
 
 /// Parts of the sound of a strike.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clangor_core::glam::DVec3;
+use clangor_pipeline::dataset::Shard;
 use clangor_pipeline::stages::sound_models::model_options::{
     ACCURACIES, HIGHEST_BAND_LIMIT, LOWEST_BAND_LIMIT,
 };
@@ -31,6 +32,11 @@ pub(super) fn striker(text: &str) -> Result<(String, f64), String> {
         }
         _ => Err("expected MATERIAL:RADIUS like steel:0.006".into()),
     }
+}
+
+/// A part of a data set: K/N.
+pub(super) fn shard(text: &str) -> Result<Shard, String> {
+    text.parse::<Shard>().map_err(|error| error.to_string())
 }
 
 pub(super) fn finite(text: &str) -> Result<f64, String> {

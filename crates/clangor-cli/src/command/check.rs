@@ -4,6 +4,7 @@ use clangor_pipeline::stages::simulate::check_motion;
 use serde_json::json;
 
 use super::collision_parts::collision_parts;
+use super::cost::SceneCost;
 use super::load;
 use crate::arguments::{Check, Global};
 use crate::console::{Console, counted};
@@ -21,11 +22,16 @@ pub(crate) fn run(options: &Check, global: &Global, console: &Console) -> Result
         counted(listeners, "listener", "listeners"),
         loaded.scene.simulation.duration
     ));
+    let cost = options.cost.then(|| SceneCost::of(&loaded));
+    if let Some(cost) = &cost {
+        cost.say(console);
+    }
     let warnings = loaded.warnings.iter().chain(&loaded.collisions.warnings);
     console.json(&json!({
         "bodies": bodies,
         "listeners": listeners,
         "duration_s": loaded.scene.simulation.duration,
+        "cost": cost.as_ref().map(SceneCost::json),
         "warnings": warnings.map(ToString::to_string).collect::<Vec<_>>(),
     }));
     Ok(())

@@ -14,15 +14,15 @@ use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
 use clangor_pipeline::session::named_body::preset;
-use clangor_pipeline::stages::bake_costs::{BakeCost, bake_costs};
+use clangor_pipeline::stages::bake_costs::bake_costs;
 use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts};
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh, size_warning};
-use clangor_pipeline::stages::sound_models::patience::cpu_time;
-use clangor_pipeline::stages::sound_models::{Quality, SoundFile, read_sound_file};
+use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
 use clangor_sim::choose_solver;
 use serde_json::{Value, json};
 
 use super::bake::{modal_report, model_report, pan_report};
+use super::cost::{cost_json, say_costs};
 use super::{bank, is_timeline, load};
 use crate::arguments::{Global, Inspect};
 use crate::console::{Console, counted, four_digits};
@@ -378,37 +378,6 @@ fn refuse_files_as_shapes(text: &str) -> Result<(), Failure> {
         "{text} {fault}; inspect reads .toml, .timeline, .wav, .safetensors, .obj, .ply, .stl, .gltf, .glb, \
          and shapes such as mug"
     )))
-}
-
-/// One line with the estimated CPU time of the models at each quality.
-fn say_costs(costs: &[BakeCost], console: &Console) {
-    if costs.is_empty() {
-        return;
-    }
-    let part = |cost: &BakeCost| {
-        let clicks = cpu_time(cost.clicks);
-        let ringing = cost.ringing.map_or(String::new(), |seconds| format!(" + {}", cpu_time(seconds)));
-        format!("{} {clicks}{ringing}", quality_name(cost.quality))
-    };
-    let all: Vec<String> = costs.iter().map(part).collect();
-    let parts = if costs[0].ringing.is_some() { "clicks + ringing" } else { "clicks" };
-    console.say(format_args!("  a bake takes about ({parts}, CPU time): {}", all.join(", ")));
-}
-
-fn quality_name(quality: Quality) -> &'static str {
-    match quality {
-        Quality::Draft => "draft",
-        Quality::Normal => "normal",
-        Quality::High => "high",
-    }
-}
-
-fn cost_json(cost: &BakeCost) -> Value {
-    json!({
-        "quality": quality_name(cost.quality),
-        "clicks_s": cost.clicks,
-        "ringing_s": cost.ringing,
-    })
 }
 
 /// Bounding box and wall of a body.

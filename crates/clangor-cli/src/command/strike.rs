@@ -9,38 +9,49 @@ use clangor_pipeline::session::named_body::preset;
 use clangor_pipeline::session::{Strike as Impact, StruckBody};
 use serde_json::json;
 
+use super::dataset;
 use super::session::StageBars;
 use crate::arguments::{Global, Strike, StrikePart};
 use crate::console::{Console, four_digits};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Result<(), Failure> {
+    if let Some(list) = &options.list {
+        return dataset::run(list, options, global, console);
+    }
+    let Strike {
+        body: Some(word), point: Some(point), listener: Some(listener), output: Some(output), ..
+    } = options
+    else {
+        return Err(Failure::new("one impact needs a body, --point, --listener and --output"));
+    };
     let material = options.material.as_deref().map(preset).transpose()?;
-    let body = StruckBody::open(&options.body, options.scale, material)?;
+    let body = StruckBody::open(word, options.scale, material)?;
     body.remarks().iter().for_each(|remark| console.warn(remark));
     let is_sphere = matches!(*body.body().surface, Surface::Sphere { .. });
     let bars = StageBars::new(console);
-    let sound = impact(body, options, global)?.render_with_progress(&mut |progress| bars.show(progress))?;
+    let impact = impact(body, options, global)?.at(*point).listener(*listener);
+    let sound = impact.render_with_progress(&mut |progress| bars.show(progress))?;
     bars.clear();
     sound.remarks.iter().for_each(|remark| console.warn(remark));
     if let Some(other @ (BodyModes::Proxy(_) | BodyModes::None(_))) = &sound.modal {
-        console.say(format_args!("\"{}\": {other}", options.body));
+        console.say(format_args!("\"{}\": {other}", word));
     }
     if let Some(kind) = sound.acceleration.filter(|_| !is_sphere) {
-        console.say(format_args!("\"{}\" sounds as: {kind}", options.body));
+        console.say(format_args!("\"{}\" sounds as: {kind}", word));
     }
-    sound.write(&options.output)?;
+    sound.write(output)?;
     let peak = sound.peak();
     if peak == 0.0 {
         console.warn(format_args!(
             "{} is silent: sound needs {:.4} s to the listener, so raise --seconds",
-            options.output.display(),
+            output.display(),
             sound.travel_time
         ));
     }
     console.say(format_args!(
         "{}: contact {:.2} µs, velocity change {:.4} m/s, peak {} Pa ({} dB SPL)",
-        options.output.display(),
+        output.display(),
         sound.contact_duration * 1e6,
         sound.velocity_change.length(),
         four_digits(peak),
@@ -55,6 +66,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     }
     console.json(&json!({
         "impulse_n_s": sound.impulse.to_array(),
+        "peak_force_n": sound.peak_force,
         "modal_energy_ratio": sound.modal_energy_ratio,
         "contact_duration_s": sound.contact_duration,
         "velocity_change_m_per_s": sound.velocity_change.to_array(),
@@ -70,8 +82,6 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
 fn impact(body: StruckBody, options: &Strike, global: &Global) -> Result<Impact, Failure> {
     let wants = |part| options.parts.contains(&part);
     let mut impact = Impact::new(body)
-        .at(options.point)
-        .listener(options.listener)
         .contact_steps(options.contact_steps)
         .sample_rate(options.sample_rate)
         .parts(Parts {

@@ -18,6 +18,7 @@ mod plane;
 mod reader;
 mod room;
 mod settings;
+mod strike_recipe;
 mod support;
 
 use std::collections::BTreeSet;

@@ -9,23 +9,22 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::SampleRate;
-use super::listener::Listener;
-use super::modal::{ModalSource, ModalVoice};
-use super::offline::overlap_add::OverlapAdd;
-use super::offline::renderer::Renderer;
+use super::modal::ModalSource;
 use super::render_settings::RenderSettings;
 use super::source::SoundSource;
 pub use super::strike_error::StrikeError;
 pub use super::striker::Striker;
-use super::striker::{STRUCK, positive, struck_side};
+use super::striker::{positive, struck_side};
+use super::struck_sources::{self, StruckSources};
 use crate::acoustics::Acoustics;
 use crate::body::{Body, Motion};
 use crate::contact::{
     ContactPoint, ContactSide, ForceProfile, ForceSettings, Impact, ImpactModel, ImpactPulse, ImpactSolver,
-    PoseHistory, Spread, Touch, contact_forces, no_modes, touching,
+    Spread, Touch, contact_forces, no_modes, touching,
 };
 use crate::medium::Medium;
 use crate::pose::Pose;
+use crate::propagation::Room;
 use crate::sound_model::acceleration::sphere_radiation::SphereModel;
 use crate::synthesis::acceleration_pulse::{AccelerationPulse, clicks_of};
 
@@ -70,6 +69,8 @@ pub struct Strike {
     pub seconds: Option<f64>,
     /// Medium around the body.
     pub medium: Medium,
+    /// Room around body and receiver, whose corners are relative to the centre of mass; `None`: free space.
+    pub room: Option<Room>,
     /// Field of an accelerated sphere.
     pub sphere_model: SphereModel,
 }
@@ -178,7 +179,28 @@ pub fn strike(
     strike: &Strike,
 ) -> Result<StrikeSound, StrikeError> {
     let pulses = forces(body, modes, strike)?;
-    // The sources: the body, and a striker that is heard.
+    let clicks = clicks(&pulses, source, strike)?;
+    let seconds = seconds(&clicks, strike)?;
+    let count = samples(strike, seconds);
+    let pressures = pressure(body, (&pulses, None), &clicks, strike, count)?;
+    Ok(StrikeSound {
+        times: times(strike, count),
+        pressures,
+        duration: pulses.iter().map(|pulse| pulse.duration).fold(0.0, f64::max),
+        velocity_change: pulses.iter().filter_map(|pulse| pulse.bodies[0]).map(|b| b.velocity_change).sum(),
+        radius: body.surface.equal_volume_radius(),
+    })
+}
+
+/// The clicks of the forces of a strike: those of the body, with this source, and of a striker that is heard.
+///
+/// # Errors
+/// [`StrikeError::ListenerInside`].
+pub fn clicks(
+    pulses: &[ImpactPulse],
+    source: &SoundSource,
+    strike: &Strike,
+) -> Result<Vec<AccelerationPulse>, StrikeError> {
     let mut sources = vec![source.clone()];
     if let StrikeForce::Striker(striker) = &strike.force
         && striker.heard
@@ -186,13 +208,17 @@ pub fn strike(
         sources.push(SoundSource::Sphere { radius: striker.radius });
     }
     let clicks: Vec<AccelerationPulse> = pulses.iter().flat_map(|pulse| clicks_of(pulse, &sources)).collect();
-    let distance = strike.listener.length();
     let inside = |click: &AccelerationPulse| {
         click.source.silent_at(click.orientation.inverse() * (strike.listener - click.centre))
     };
     if clicks.iter().any(inside) {
-        return Err(StrikeError::ListenerInside { distance });
+        return Err(StrikeError::ListenerInside { distance: strike.listener.length() });
     }
+    Ok(clicks)
+}
+
+/// End of the output \[s\]: the one asked for, or when the clicks have decayed.
+fn seconds(clicks: &[AccelerationPulse], strike: &Strike) -> Result<f64, StrikeError> {
     // The band limit rings for as long after the sound as before it.
     let died_away = |click: &AccelerationPulse| {
         strike.listener.distance(click.centre) / strike.medium.sound_speed
@@ -201,29 +227,20 @@ pub fn strike(
             + LEAD * (48_000.0 / strike.sample_rate.as_f64()).max(1.0)
     };
     let seconds = strike.seconds.unwrap_or_else(|| clicks.iter().map(died_away).fold(0.0, f64::max));
-    if !(seconds > -LEAD && seconds.is_finite()) {
-        return Err(StrikeError::Seconds { seconds });
+    match seconds > -LEAD && seconds.is_finite() {
+        true => Ok(seconds),
+        false => Err(StrikeError::Seconds { seconds }),
     }
+}
 
-    let mut renderer = Renderer::new(&Listener::fixed("listener", strike.listener), &settings(strike))?;
-    for click in &clicks {
-        renderer.push(click)?;
-    }
-    let mut signal = OverlapAdd::new(1, 0);
-    for job in renderer.take_all() {
-        signal.add(&job.render());
-    }
-    let rate = strike.sample_rate.as_f64();
-    let count = ((seconds + LEAD) * rate).ceil() as i64;
-    let pressures = signal.take_until(count).swap_remove(0);
-    let times = (0..pressures.len()).map(|i| i as f64 / rate - LEAD).collect();
-    Ok(StrikeSound {
-        times,
-        pressures,
-        duration: pulses.iter().map(|pulse| pulse.duration).fold(0.0, f64::max),
-        velocity_change: pulses.iter().filter_map(|pulse| pulse.bodies[0]).map(|b| b.velocity_change).sum(),
-        radius: body.surface.equal_volume_radius(),
-    })
+/// Number of samples of an output that ends at `seconds`.
+pub fn samples(strike: &Strike, seconds: f64) -> usize {
+    ((seconds + LEAD) * strike.sample_rate.as_f64()).ceil().max(0.0) as usize
+}
+
+/// Times of the samples \[s\].
+pub fn times(strike: &Strike, count: usize) -> Vec<f64> {
+    (0..count).map(|i| i as f64 / strike.sample_rate.as_f64() - LEAD).collect()
 }
 
 /// Modal sound of a struck body at the sample times of the [`strike`] output for the same impact \[Pa\].
@@ -237,17 +254,23 @@ pub fn struck_ringing(
     sound: &StrikeSound,
 ) -> Result<Vec<f64>, StrikeError> {
     let pulses = forces(body, Some(&source), strike)?;
-    let settings = settings(strike);
-    let listener = Listener::fixed("listener", strike.listener);
-    // A body without rows stays at its start, so this cannot fail.
-    let poses = PoseHistory::try_new(&[at_rest(body)], &[])
-        .map_err(|_| StrikeError::NotFinite { what: "the pose" })?;
-    let mut voice = ModalVoice::new(source, STRUCK, &poses, &listener, &settings)?;
-    voice.push_pulses(&pulses)?;
-    let mut channels = [vec![0.0; sound.pressures.len()]];
-    voice.render_block(0, &mut channels)?;
-    let [ringing] = channels;
-    Ok(ringing)
+    pressure(body, (&pulses, Some(&source)), &[], strike, sound.pressures.len())
+}
+
+/// Pressure of `clicks`, and of modes under the forces of `pulses`, at the receiver of a strike: `count`
+/// samples \[Pa\].
+///
+/// # Errors
+/// [`StrikeError`].
+pub fn pressure(
+    body: &Body,
+    (pulses, modes): (&[ImpactPulse], Option<&Arc<ModalSource>>),
+    clicks: &[AccelerationPulse],
+    strike: &Strike,
+    count: usize,
+) -> Result<Vec<f64>, StrikeError> {
+    let sources = StruckSources { body: &at_rest(body), pulses, clicks, modes };
+    struck_sources::pressure(&sources, strike.listener, &settings(strike), count)
 }
 
 /// The body, free and at rest at the origin.
@@ -269,6 +292,7 @@ fn settings(strike: &Strike) -> RenderSettings {
         acoustics: Acoustics {
             medium: strike.medium,
             max_frequency: strike.max_frequency,
+            room: strike.room,
             ..Acoustics::default()
         },
         sphere_model: strike.sphere_model,

@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use super::SynthesisError;
 use crate::contact::ContactError;
+use crate::propagation::RoomError;
+use crate::quantity::readable_length;
 
 /// Error in a strike.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -16,8 +18,9 @@ pub enum StrikeError {
     },
     /// The impact misses the body.
     #[error(
-        "the point {point} m is {distance:.4e} m off the surface, more than 2 % of the bounding radius \
-        {bounding} m"
+        "the point {point} m is {} off the surface, more than 2 % of the bounding radius {}",
+        readable_length(*distance),
+        readable_length(*bounding)
     )]
     OffSurface {
         /// The point \[m\].
@@ -78,6 +81,9 @@ pub enum StrikeError {
         /// Distance from the centre of mass \[m\].
         distance: f64,
     },
+    /// The room has no reverberation time.
+    #[error(transparent)]
+    Room(#[from] RoomError),
     /// The sound cannot be synthesised.
     #[error(transparent)]
     Synthesis(#[from] SynthesisError),

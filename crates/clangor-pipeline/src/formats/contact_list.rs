@@ -32,6 +32,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::BodyId;
+use clangor_core::quantity;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
@@ -116,6 +117,16 @@ pub enum LineFault {
         column: &'static str,
         /// What is there.
         text: String,
+    },
+    /// A number beyond what its quantity can be.
+    #[error("{column} is {value:e}; it must be {expected}")]
+    Range {
+        /// The column.
+        column: &'static str,
+        /// What is there.
+        value: f64,
+        /// What may be there.
+        expected: String,
     },
     /// An impact that pulls, or an approach that recedes.
     #[error(
@@ -341,7 +352,27 @@ impl Entry {
             depth: self.depth.unwrap_or(0.0),
             impact_id: self.impact_id.unwrap_or(0),
         };
+        check_ranges(&row)?;
         Ok((row, self.impact_id.is_some()))
+    }
+}
+
+/// Rejects numbers beyond the ranges of their quantities, with which sums and squares would overflow.
+fn check_ranges(row: &ContactRow) -> Result<(), LineFault> {
+    let vectors = [
+        ("point", row.point, &quantity::COORDINATE),
+        ("impulse_t", row.impulse_t, &quantity::IMPULSE),
+        ("couple", row.couple, &quantity::ANGULAR_IMPULSE),
+        ("velocity", row.velocity, &quantity::VELOCITY),
+    ];
+    let numbers =
+        [("impulse_n", row.impulse_n, &quantity::IMPULSE), ("depth", row.depth, &quantity::COORDINATE)];
+    let components = vectors.into_iter().flat_map(|(column, vector, range)| {
+        vector.to_array().into_iter().map(move |value| (column, value, range))
+    });
+    match components.chain(numbers).find(|(_, value, range)| !range.admits(*value)) {
+        Some((column, value, range)) => Err(LineFault::Range { column, value, expected: range.expected() }),
+        None => Ok(()),
     }
 }
 

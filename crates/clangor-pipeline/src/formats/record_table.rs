@@ -47,6 +47,11 @@ pub(crate) trait RowSink {
     /// Whether a column that is not wanted may be there.
     fn is_ignored(&self, name: &str) -> bool;
 
+    /// The page that lists the columns.
+    fn document(&self) -> &'static str {
+        "docs/format/timeline.md"
+    }
+
     /// Which columns the table has, in the order of [`known`](Self::known); of JSON lines, those of the
     /// first.
     fn columns(&mut self, present: &[bool]) -> Result<(), Self::Error>;
@@ -91,12 +96,14 @@ pub enum RecordTableError {
         reason: String,
     },
     /// A column that means nothing.
-    #[error("{path}: column {column} is unknown; docs/format/timeline.md lists the columns")]
+    #[error("{path}: column {column} is unknown; {document} lists the columns")]
     Unknown {
         /// The file.
         path: PathBuf,
         /// The column.
         column: String,
+        /// The page that lists the columns.
+        document: &'static str,
     },
     /// A column given twice.
     #[error("{path}: column {column} comes twice")]
@@ -167,9 +174,14 @@ fn places<S: RowSink>(path: &Path, names: &[String], sink: &mut S) -> Result<Vec
     // A missing column is reported first: an unknown one may be its misspelt name.
     sink.columns(&present)?;
     match unknown {
-        Some(column) => Err(RecordTableError::Unknown { path: path.into(), column: column.clone() }.into()),
+        Some(column) => Err(unknown_column(path, column, sink)),
         None => Ok(places),
     }
+}
+
+fn unknown_column<S: RowSink>(path: &Path, column: &str, sink: &S) -> S::Error {
+    let (column, document) = (column.to_owned(), sink.document());
+    RecordTableError::Unknown { path: path.into(), column, document }.into()
 }
 
 /// The lines of a text that are neither empty nor a remark, with their numbers.
@@ -287,7 +299,7 @@ fn jsonl<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
             match sink.known().iter().position(|known| *known == name) {
                 Some(place) => cells[place] = value,
                 None if sink.is_ignored(&name) => {}
-                None => return Err(RecordTableError::Unknown { path: path.into(), column: name }.into()),
+                None => return Err(unknown_column(path, &name, sink)),
             }
         }
         sink.row(row, &cells)?;

@@ -23,10 +23,12 @@ pub enum InterchangeError {
     #[error(transparent)]
     List(#[from] ContactListError),
     /// A contact at a time that no timeline has.
-    #[error("{path}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
+    #[error("{path}, row {row}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
     Time {
         /// The list.
         path: PathBuf,
+        /// Line of a text, row of a Parquet file.
+        row: usize,
         /// The time \[s\].
         time: f64,
     },
@@ -103,8 +105,9 @@ pub fn import_contacts(
     let bodies = &loaded.world.bodies;
     let named = |name: &str| loaded.world.body_named(name);
     let rows = read_listed_contacts(list, bodies.len(), &named)?;
-    if let Some(time) = time_outside(&rows) {
-        return Err(InterchangeError::Time { path: list.into(), time });
+    if let Some(listed) = time_outside(&rows) {
+        let (row, time) = (listed.line, listed.row.time);
+        return Err(InterchangeError::Time { path: list.into(), row, time });
     }
     let pose_of = |id: BodyId, time: f64| match &bodies[id.index()].motion {
         Motion::Free | Motion::Guided(_) => None,

@@ -147,9 +147,9 @@ pub enum ContactNotice {
 /// Where bodies are; `None` where that is not known.
 pub type PoseOf<'a> = &'a dyn Fn(BodyId, f64) -> Option<Pose>;
 
-/// The first time that no timeline has \[s\].
-pub fn time_outside(rows: &[ListedContact]) -> Option<f64> {
-    rows.iter().map(|listed| listed.row.time).find(|time| !(0.0..=MAX_TIME).contains(time))
+/// The first contact at a time that no timeline has.
+pub fn time_outside(rows: &[ListedContact]) -> Option<&ListedContact> {
+    rows.iter().find(|listed| !(0.0..=MAX_TIME).contains(&listed.row.time))
 }
 
 /// Holds the times of contacts against the first and last pose of a recording \[s\].

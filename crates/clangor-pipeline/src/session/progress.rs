@@ -32,7 +32,7 @@ pub struct Progress<'a> {
 
 impl Progress<'_> {
     /// A rendering of which this part is done.
-    pub(super) fn of_render(done: f64) -> Self {
+    pub(crate) fn of_render(done: f64) -> Self {
         Progress { stage: Stage::Render, done, body: "", step: "render" }
     }
 

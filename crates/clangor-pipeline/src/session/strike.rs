@@ -6,25 +6,25 @@
 use std::f64::consts::{LN_10, TAU};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clangor_core::body::{Body, Surface};
 use clangor_core::contact::contact_forces::OFFLINE_STEPS;
 use clangor_core::contact::force_profile::ForceProfile;
 use clangor_core::glam::DVec3;
 use clangor_core::medium::Medium;
+use clangor_core::propagation::Room;
 use clangor_core::scene::render_description::Parts;
 use clangor_core::sound_model::AccelerationRule;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
-use clangor_core::synthesis::BodyModes;
-use clangor_core::synthesis::modal::{ModalSettings, ModalSource, Resonance};
-use clangor_core::synthesis::strike::{self, LEAD, StrikeForce, StrikeSound, Striker, struck_ringing};
-use clangor_core::synthesis::{SampleRate, SoundSource};
+use clangor_core::synthesis::SampleRate;
+use clangor_core::synthesis::modal::Resonance;
+use clangor_core::synthesis::strike::{self, LEAD, StrikeForce, Striker};
 
 use super::error::Error;
 use super::progress::Progress;
+use super::sounding_body::{SoundingBody, point_source};
 use super::struck_body::StruckBody;
-use super::struck_model::{ModelChoice, StruckModel};
+use super::struck_model::ModelChoice;
 use super::struck_sound::StruckSound;
 use crate::stages::sound_models::ModelOptions;
 
@@ -62,18 +62,7 @@ impl Strike {
     /// An impulse of 0.01 N s downwards at the highest point of the body, heard 1 m away along x, at 48 kHz.
     pub fn new(body: impl Into<StruckBody>) -> Self {
         let body = body.into();
-        let impact = strike::Strike {
-            force: StrikeForce::Impulse { impulse: DEFAULT_IMPULSE, duration: None },
-            point: highest_point(&body.body),
-            listener: DVec3::X,
-            profile: ForceProfile::default(),
-            steps: OFFLINE_STEPS,
-            sample_rate: SampleRate::HZ_48000,
-            max_frequency: None,
-            seconds: Some(SHORTEST),
-            medium: Medium::AIR,
-            sphere_model: SphereModel::Exact,
-        };
+        let impact = usual_impact(highest_point(&body.body));
         Strike {
             body,
             impact,
@@ -117,6 +106,13 @@ impl Strike {
     #[must_use]
     pub fn listener(mut self, position: impl Into<DVec3>) -> Self {
         self.impact.listener = position.into();
+        self
+    }
+
+    /// A room, whose corners are relative to the centre of mass. Default: free space.
+    #[must_use]
+    pub fn room(mut self, room: Room) -> Self {
+        self.impact.room = Some(room);
         self
     }
 
@@ -192,57 +188,16 @@ impl Strike {
             seconds: self.seconds.or(self.impact.seconds),
             ..self.impact.clone()
         };
-        // The source in place of a part that is not asked for: no listener is inside.
-        let point = SoundSource::Sphere { radius: 1e-6 * body.surface.bounding_radius() };
         // A mistaken impact is reported before anything is baked.
-        strike::strike(body, &point, None, &impact)?;
-        let mut model = StruckModel {
-            struck: &self.body,
-            choice: &self.model,
-            impact: impact.clone(),
-            on_progress,
-            remarks: Vec::new(),
-        };
-        let modal = if self.parts.modal { model.modes()? } else { None };
-        let resonator = modal.as_ref().map(|modes| resonator(body, modes)).transpose()?.flatten();
-        let ring_time = resonator.as_ref().map(|resonator| decay_time(resonator, &impact));
-        let impact = strike::Strike { seconds: self.seconds.or(ring_time).or(impact.seconds), ..impact };
-        let (source, acceleration) = match self.parts.acceleration {
-            true => model.source()?,
-            false => (point, None),
-        };
-        let remarks = model.remarks;
-        let mut sound = strike::strike(body, &source, resonator.as_deref(), &impact)?;
-        // With a striker that is heard, the point in place of the body stays: it is 180 dB below.
-        if !self.parts.acceleration && !self.striker.as_ref().is_some_and(|striker| striker.heard) {
-            sound.pressures.fill(0.0);
+        strike::strike(body, &point_source(body), None, &impact)?;
+        let sounding = SoundingBody::obtain(&self.body, &self.model, &self.parts, &impact, on_progress)?;
+        let ring_time = decay_time(sounding.resonances(), &impact);
+        let seconds = self.seconds.or(ring_time).or(impact.seconds).unwrap_or(SHORTEST);
+        let (mut sound, _) = sounding.sound(&impact, seconds)?;
+        if self.seconds.is_none() && sound.modes > 0 {
+            cut_silence(&mut sound);
         }
-        let pulses = strike::forces(body, resonator.as_deref(), &impact)?;
-        let impulse = pulses.iter().filter_map(|pulse| pulse.bodies[0]).map(|share| share.impulse).sum();
-        let modes = resonator.as_ref().map_or(0, |resonator| resonator.resonances().len());
-        if let Some(resonator) = resonator {
-            let ringing = struck_ringing(body, resonator, &impact, &sound)?;
-            sound.pressures.iter_mut().zip(ringing).for_each(|(sum, p)| *sum += p);
-            if self.seconds.is_none() {
-                cut_silence(&mut sound, impact.sample_rate.hz());
-            }
-        }
-        Ok(StruckSound {
-            pressures: sound.pressures,
-            times: sound.times,
-            sample_rate: impact.sample_rate,
-            contact_duration: sound.duration,
-            velocity_change: sound.velocity_change,
-            impulse,
-            modal_energy_ratio: pulses.iter().map(|pulse| pulse.modal_energy_ratio).fold(0.0, f64::max),
-            radius: sound.radius,
-            travel_time: impact.listener.length() / impact.medium.sound_speed,
-            modes,
-            modal,
-            acceleration,
-            remarks,
-            note: format!("{} of {}", body.name, body.material.name),
-        })
+        Ok(sound)
     }
 }
 
@@ -260,28 +215,41 @@ impl Strike {
     }
 }
 
-/// The oscillators of a body with modes of its own, by the damping of its material.
-fn resonator(body: &Body, modes: &BodyModes) -> Result<Option<Arc<ModalSource>>, Error> {
-    let BodyModes::Own(model) = modes else { return Ok(None) };
-    let source = ModalSource::new(Arc::clone(model), &body.material.damping, &ModalSettings::default())
-        .map_err(|source| Error::Modes { name: body.name.clone(), source })?;
-    Ok(Some(Arc::new(source)))
+/// The impact where nothing else is asked for, at a point \[m\].
+pub(crate) fn usual_impact(point: DVec3) -> strike::Strike {
+    strike::Strike {
+        force: StrikeForce::Impulse { impulse: DEFAULT_IMPULSE, duration: None },
+        point,
+        listener: DVec3::X,
+        profile: ForceProfile::default(),
+        steps: OFFLINE_STEPS,
+        sample_rate: SampleRate::HZ_48000,
+        max_frequency: None,
+        seconds: Some(SHORTEST),
+        medium: Medium::AIR,
+        room: None,
+        sphere_model: SphereModel::Exact,
+    }
 }
 
 /// Time in which the longest mode has fallen by 60 dB and reached the listener \[s\], between [`SHORTEST`]
-/// and [`LONGEST`].
-fn decay_time(source: &ModalSource, impact: &strike::Strike) -> f64 {
-    let t60 = |r: &Resonance| 3.0 * LN_10 / (TAU * r.frequency * r.damping_ratio);
-    let longest = source.resonances().iter().map(t60).fold(0.0, f64::max);
+/// and [`LONGEST`]; `None` without modes.
+fn decay_time(modes: &[Resonance], impact: &strike::Strike) -> Option<f64> {
+    let longest = modes.iter().map(t60).reduce(f64::max)?;
     let travel = impact.listener.length() / impact.medium.sound_speed;
-    (longest + travel).clamp(SHORTEST, LONGEST)
+    Some((longest + travel).clamp(SHORTEST, LONGEST))
+}
+
+/// Time in which a mode falls by 60 dB \[s\].
+pub(crate) fn t60(mode: &Resonance) -> f64 {
+    3.0 * LN_10 / (TAU * mode.frequency * mode.damping_ratio)
 }
 
 /// Cuts the end of a sound where it is quieter than the peak by 60 dB.
-fn cut_silence(sound: &mut StrikeSound, sample_rate: u32) {
-    let peak = sound.pressures.iter().fold(0.0f64, |m, p| m.max(p.abs()));
+fn cut_silence(sound: &mut StruckSound) {
+    let peak = sound.peak();
     let heard = sound.pressures.iter().rposition(|p| p.abs() > 1e-3 * peak).map_or(0, |last| last + 1);
-    let shortest = ((SHORTEST + LEAD) * f64::from(sample_rate)).ceil() as usize;
+    let shortest = ((SHORTEST + LEAD) * sound.sample_rate.as_f64()).ceil() as usize;
     sound.pressures.truncate(heard.max(shortest));
     sound.times.truncate(heard.max(shortest));
 }

@@ -33,12 +33,12 @@ const STORED_WAVENUMBER: f64 = 1e-9;
 
 /// How the sound model of a struck body is chosen, where it is not given.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ModelChoice {
+pub(crate) struct ModelChoice {
     /// Rule of the acceleration part; chosen by size and convexity otherwise.
-    pub(super) acceleration_rule: Option<AccelerationRule>,
-    pub(super) options: ModelOptions,
+    pub(crate) acceleration_rule: Option<AccelerationRule>,
+    pub(crate) options: ModelOptions,
     /// Folder of baked models.
-    pub(super) cache: Option<PathBuf>,
+    pub(crate) cache: Option<PathBuf>,
 }
 
 /// Obtains the parts of the sound model of a struck body, and collects remarks on them.

@@ -31,6 +31,8 @@ pub struct StruckSound {
     pub velocity_change: DVec3,
     /// Impulse on the body [N s].
     pub impulse: DVec3,
+    /// Largest force on the body, below half the sample rate \[N\].
+    pub peak_force: f64,
     /// Energy that the forces of rigid bodies would give to the modes, over that of the striker's approach; 0
     /// without a striker or without modes. Above 1, the force on the modes is scaled to the energy.
     pub modal_energy_ratio: f64,

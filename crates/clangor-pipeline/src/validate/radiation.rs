@@ -62,6 +62,7 @@ fn spectrum_error(radius: f64, duration: f64, listener: DVec3) -> Result<f64, St
         max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
+        room: None,
         sphere_model: SphereModel::Exact,
     };
     let sound = strike(&body, &SoundSource::Sphere { radius }, None, &impact).map_err(|e| e.to_string())?;

@@ -274,6 +274,7 @@ fn impact(impulse: DVec3, point: DVec3, listener: DVec3, hz: u32) -> Result<Stri
         max_frequency: None,
         seconds: None,
         medium: Medium::AIR,
+        room: None,
         sphere_model: SphereModel::Exact,
     })
 }

@@ -72,7 +72,8 @@ impl LiveWorld {
         let mass = material.density * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
         let inertia = DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius));
         let surface = Surface::Sphere { radius };
-        let body = Body::new(format!("added-{place}"), material.clone(), surface, mass, inertia)
+        let name = format!("{} ball {}", material.name, place + 1);
+        let body = Body::new(name, material.clone(), surface, mass, inertia)
             .at(position)
             .with_velocity(velocity);
         match self.world.bodies.get_mut(place) {

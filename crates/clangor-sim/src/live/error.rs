@@ -1,6 +1,7 @@
 //! Errors of a live world.
 
 use clangor_core::contact::ContactError;
+use clangor_core::quantity::readable_length;
 
 use super::limits::MOST_BODIES;
 use crate::error::SimulationError;
@@ -31,7 +32,7 @@ pub enum LiveError {
         body: String,
     },
     /// A new ball that overlaps another body.
-    #[error("the new ball overlaps \"{body}\" by {depth:.3e} m")]
+    #[error("there is no room for the ball: it would overlap \"{body}\" by {}", readable_length(*depth))]
     Overlap {
         /// The body in the way.
         body: String,

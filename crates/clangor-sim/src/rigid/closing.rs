@@ -90,7 +90,8 @@ impl Reactions {
         open
     }
 
-    /// How far the joints of a linkage are off at the poses that `next` gives, row by row.
+    /// How far the joints of a linkage are off at the poses that `next` gives, row by row, and its springs
+    /// off their law.
     fn errors(&mut self, linkages: &Linkages, movers: &[Mover], slot: usize, next: &Next<'_>) -> Vec<f64> {
         let rows = self.rows_of(slot);
         let mut errors = Vec::with_capacity(rows.len());
@@ -98,7 +99,11 @@ impl Reactions {
             let joint = &linkages.joints[same[0].joint];
             let blocked: Vec<Blocked> = same.iter().map(|row| row.blocked).collect();
             let placed = joint.placed(&|body| next(body, &movers[body]));
-            errors.extend(joint.errors(&placed, &blocked));
+            let off = joint.errors(&placed, &blocked).into_iter().zip(same);
+            errors.extend(off.map(|(error, row)| match row.give {
+                Some(give) => give.residual(error, row.impulse),
+                None => error,
+            }));
         }
         errors
     }

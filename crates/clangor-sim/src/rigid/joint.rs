@@ -7,7 +7,7 @@
 //!
 //! with `d` along an axis and `τ = arm × d` for the three rows that keep two points together, and `d = 0`,
 //! `τ_a = τ_b = t` for the two rows of a hinge that block rotation about t across the axis. Rods and ropes
-//! have one row, along the line between their ends.
+//! have one row, along the line between their ends. Rows of stiff springs give way (`stiff_spring`).
 
 use clangor_core::body::{JointKind, Link, LinkEnd};
 use clangor_core::pose::Pose;
@@ -15,6 +15,7 @@ use glam::DVec3;
 
 use super::manifold::tangents;
 use super::step_log::StepLog;
+use super::stiff_spring::{Give, StiffSpring};
 
 /// An end of a joint.
 #[derive(Clone, Copy)]
@@ -30,6 +31,8 @@ pub(super) struct Joint {
     /// Near and far end.
     pub(super) ends: [End; 2],
     pub(super) kind: JointKind,
+    /// The law of a stiff spring, which takes the place of its kind.
+    pub(super) spring: Option<StiffSpring>,
     /// Axis of a hinge in the frame of the far end.
     far_axis: DVec3,
     pub(super) collide: bool,
@@ -43,6 +46,13 @@ pub(super) struct PlacedEnds {
     axes: [DVec3; 2],
 }
 
+impl PlacedEnds {
+    /// From the far end to the near one \[m\].
+    fn between(&self) -> DVec3 {
+        self.points[0] - self.points[1]
+    }
+}
+
 /// A direction that a joint blocks.
 #[derive(Clone, Copy)]
 pub(super) struct Blocked {
@@ -51,15 +61,24 @@ pub(super) struct Blocked {
 }
 
 impl Joint {
-    /// The joint of a link, whose bodies have these poses at the start; `None` for a spring or a load.
-    pub(super) fn of_link(link: &Link, poses: &dyn Fn(usize) -> Pose) -> Option<Self> {
+    /// The joint of a link, whose bodies have these poses at the start; `None` for a load, and for a spring
+    /// that is not stiff.
+    pub(super) fn of_link(
+        link: &Link,
+        spring: Option<StiffSpring>,
+        poses: &dyn Fn(usize) -> Pose,
+    ) -> Option<Self> {
         let (body, at, to, kind, collide) = match *link {
             Link::Hang { body, anchor } => {
                 let length = poses(body.index()).position.distance(anchor);
                 (body, DVec3::ZERO, LinkEnd::Point(anchor), JointKind::Rod { length }, true)
             }
             Link::Joint { body, at, to, kind, collide } => (body, at, to, kind, collide),
-            Link::Spring { .. } | Link::Load { .. } => return None,
+            Link::Spring { body, at, to, .. } => {
+                let length = spring?.rest_length;
+                (body, at, to, JointKind::Rod { length }, true)
+            }
+            Link::Load { .. } => return None,
         };
         let far = match to {
             LinkEnd::Point(at) => End { body: None, at },
@@ -73,7 +92,7 @@ impl Joint {
             _ => DVec3::ZERO,
         };
         let near = End { body: Some(body.index()), at };
-        Some(Joint { ends: [near, far], kind, far_axis, collide })
+        Some(Joint { ends: [near, far], kind, spring, far_axis, collide })
     }
 
     /// Whether it only pulls.
@@ -96,10 +115,13 @@ impl Joint {
         PlacedEnds { points: [a.0, b.0], arms: [a.1, b.1], axes: [a.2, b.2] }
     }
 
-    /// The directions that it blocks.
-    pub(super) fn blocked(&self, placed: &PlacedEnds) -> Vec<Blocked> {
+    /// The directions that it blocks in a step \[s\].
+    pub(super) fn blocked(&self, placed: &PlacedEnds, step: f64) -> Vec<Blocked> {
         let point = |along: DVec3| Blocked { along, turning: placed.arms.map(|arm| arm.cross(along)) };
         let turn = |about: DVec3| Blocked { along: DVec3::ZERO, turning: [about; 2] };
+        if let Some(spring) = &self.spring {
+            return spring.directions(placed.between(), step).into_iter().map(point).collect();
+        }
         match self.kind {
             JointKind::Ball { .. } => DVec3::AXES.map(point).to_vec(),
             JointKind::Hinge { .. } => {
@@ -107,8 +129,7 @@ impl Joint {
                 DVec3::AXES.map(point).into_iter().chain([turn(one), turn(two)]).collect()
             }
             JointKind::Rod { .. } | JointKind::Rope { .. } => {
-                let between = placed.points[0] - placed.points[1];
-                vec![point(between.normalize_or(DVec3::Y))]
+                vec![point(placed.between().normalize_or(DVec3::Y))]
             }
         }
     }
@@ -116,7 +137,10 @@ impl Joint {
     /// How far the joint is off along each of its blocked directions \[m, or rad\]; a rope that is shorter
     /// than its length has a negative value.
     pub(super) fn errors(&self, placed: &PlacedEnds, blocked: &[Blocked]) -> Vec<f64> {
-        let between = placed.points[0] - placed.points[1];
+        let between = placed.between();
+        if let Some(spring) = &self.spring {
+            return spring.extensions(between, blocked.iter().map(|row| row.along));
+        }
         match self.kind {
             JointKind::Rod { length } | JointKind::Rope { length } => vec![between.length() - length],
             JointKind::Ball { .. } | JointKind::Hinge { .. } => {
@@ -129,11 +153,21 @@ impl Joint {
         }
     }
 
+    /// How its rows give way in a step \[s\]; only those of springs do.
+    pub(super) fn gives(&self, placed: &PlacedEnds, blocked: &[Blocked], step: f64) -> Vec<Option<Give>> {
+        let Some(spring) = &self.spring else { return vec![None; blocked.len()] };
+        let directions: Vec<DVec3> = blocked.iter().map(|row| row.along).collect();
+        spring.gives(placed.between(), &directions, step).into_iter().map(Some).collect()
+    }
+
     /// How far it is off, at most \[m, or rad\], where the bodies have these poses; NaN for a joint that is
-    /// no number.
+    /// no number. A spring of any length is closed.
     pub(super) fn gap(&self, poses: &dyn Fn(usize) -> Pose) -> f64 {
+        if self.spring.is_some() {
+            return 0.0;
+        }
         let placed = self.placed(poses);
-        let errors = self.errors(&placed, &self.blocked(&placed));
+        let errors = self.errors(&placed, &self.blocked(&placed, 0.0));
         let off =
             |error: f64| if self.is_rope() && error < 0.0 && error.is_finite() { 0.0 } else { error.abs() };
         // Unlike `max`, this keeps NaN.

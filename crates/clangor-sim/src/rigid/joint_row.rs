@@ -7,6 +7,7 @@ use faer::{Mat, Side};
 
 use super::joint::Blocked;
 use super::mover::{Kick, Mover};
+use super::stiff_spring::Give;
 
 /// Pivots of the scaled A below this are those of rows that say the same.
 const REDUNDANT: f64 = 1e-9;
@@ -21,6 +22,8 @@ pub(super) struct Row {
     pub(super) impulse: f64,
     /// What it is, if it only pulls.
     pub(super) rope: Option<Rope>,
+    /// How it gives way, if it is that of a spring.
+    pub(super) give: Option<Give>,
 }
 
 /// The state of a rope.
@@ -38,6 +41,11 @@ impl Row {
     /// Whether it reacts to impulses.
     pub(super) fn reacts(&self) -> bool {
         self.rope.is_none_or(|rope| rope.pulls)
+    }
+
+    /// What its give adds to the diagonal of A \[1/kg\].
+    fn softness(&self) -> f64 {
+        self.give.map_or(0.0, |give| give.softness)
     }
 
     /// Velocity along the row.
@@ -92,12 +100,14 @@ pub(super) fn pseudo_inverse(rows: &[Row], movers: &[Mover]) -> Vec<f64> {
         .enumerate()
         .filter(|(_, row)| row.reacts())
         .filter_map(|(at, row)| Some((at, row.after(row, movers))).filter(|(_, own)| *own > 0.0))
+        .map(|(at, own)| (at, own + rows[at].softness()))
         .map(|(at, own)| (at, own.sqrt().recip()))
         .collect();
     let (count, used) = (rows.len(), chosen.len());
     let scaled = Mat::from_fn(used, used, |i, j| {
         let ((low, a), (high, b)) = (chosen[i.min(j)], chosen[i.max(j)]);
-        rows[high].after(&rows[low], movers) * a * b
+        let softness = if i == j { rows[low].softness() } else { 0.0 };
+        (rows[high].after(&rows[low], movers) + softness) * a * b
     });
     let mut inverse = vec![0.0; count * count];
     let mut put = |i: usize, j: usize, value: f64| {

@@ -1,7 +1,8 @@
-//! Linkages: bodies that joints, rods and ropes hold together, directly or through others.
+//! Linkages: bodies that joints, rods, ropes and stiff springs hold together, directly or through others.
 
 use super::joint::Joint;
 use super::state::BodyState;
+use super::stiff_spring::StiffSpring;
 use clangor_core::body::Link;
 
 /// The joints of a world, by linkage.
@@ -17,15 +18,17 @@ pub(super) struct Linkages {
 }
 
 impl Linkages {
-    /// The linkages of a world at its start; `Err` has the body of a link to one that does not exist.
-    pub(super) fn try_new(links: &[Link], bodies: &[BodyState]) -> Result<Self, usize> {
+    /// The linkages of a world at its start, for steps of `step` \[s\]; `Err` has the body of a link to one
+    /// that does not exist.
+    pub(super) fn try_new(links: &[Link], bodies: &[BodyState], step: f64) -> Result<Self, usize> {
         let poses = |body: usize| bodies[body].start_pose();
         let mut joints = Vec::new();
         for link in links {
             if let Some(unknown) = link.bodies().find(|body| body.index() >= bodies.len()) {
                 return Err(unknown.index());
             }
-            joints.extend(Joint::of_link(link, &poses));
+            let spring = StiffSpring::of_link(link, bodies, step);
+            joints.extend(Joint::of_link(link, spring, &poses));
         }
         // Connected components; bodies that forces never move connect nothing.
         let mut root: Vec<usize> = (0..bodies.len()).collect();

@@ -23,6 +23,7 @@ use super::joint_row::{Rope, Row, pseudo_inverse};
 use super::linkage::Linkages;
 use super::mover::{Kick, Mover};
 use super::step_log::StepLog;
+use super::stiff_spring::Give;
 
 /// Joints hold a point where its mobility is below this part of that without them: nothing moves it.
 pub(super) const HELD: f64 = 1e-9;
@@ -87,7 +88,7 @@ impl Reactions {
             for &index in linkages.joints_of(linkage) {
                 let joint = &linkages.joints[index];
                 let placed = joint.placed(&|body| place(body).0);
-                let blocked = joint.blocked(&placed);
+                let blocked = joint.blocked(&placed, length);
                 let ends = joint.ends.map(|end| end.body.map(|body| place(body).1));
                 let rope = joint.is_rope().then(|| {
                     let near = TAUT + CHORD * chord(&placed, ends, movers, length);
@@ -95,9 +96,16 @@ impl Reactions {
                     let pulls = pulling.iter().any(|(pulling, _)| *pulling == index);
                     Rope { taut, pulls, limit: 0.0 }
                 });
-                let row =
-                    |blocked: &Blocked| Row { joint: index, blocked: *blocked, ends, impulse: 0.0, rope };
-                self.rows.extend(blocked.iter().map(row));
+                let gives = joint.gives(&placed, &blocked, length);
+                let row = |(&blocked, give): (&Blocked, Option<Give>)| Row {
+                    joint: index,
+                    blocked,
+                    ends,
+                    impulse: 0.0,
+                    rope,
+                    give,
+                };
+                self.rows.extend(blocked.iter().zip(gives).map(row));
                 self.placed.push((index, placed));
             }
             self.solved.push(Solved { rows: first..self.rows.len(), inverse: Vec::new() });
@@ -287,7 +295,7 @@ impl Reactions {
             let (damping, braked) = joint.damped(placed, spin(movers));
             let Some(about) = braked.try_normalize().filter(|_| damping > 0.0) else { continue };
             let blocked = Blocked { along: DVec3::ZERO, turning: [about; 2] };
-            let mut row = Row { joint: *index, blocked, ends, impulse: 0.0, rope: None };
+            let mut row = Row { joint: *index, blocked, ends, impulse: 0.0, rope: None, give: None };
             let mobility = self.own_response(movers, &row);
             let impulse = -damping * length * braked.length() / (1.0 + damping * length * mobility);
             row.push(movers, impulse);

@@ -75,7 +75,9 @@ impl RigidWorld {
             Some(_) if self.springs.iter().any(|spring| spring.ends().any(|end| end == broken)) => {
                 return Err(cannot("is held by a spring"));
             }
-            Some(_) if self.linkages.of(broken).is_some() => return Err(cannot("is held by a joint")),
+            Some(_) if self.linkages.of(broken).is_some() => {
+                return Err(cannot("is held by a joint or a stiff spring"));
+            }
             Some(_) if self.loads.iter().any(|load| load.body == broken && load.acts_after(self.time())) => {
                 return Err(cannot("is moved by a force"));
             }

@@ -1,7 +1,9 @@
-//! Linear springs between points of bodies, as explicit forces at the middle of the step.
+//! Linear springs between points of bodies that a step follows, as explicit forces at its middle; others are
+//! solved implicitly (`stiff_spring`).
 //!
 //! `F = −(k (l − l₀) + c l̇) e` along the unit vector e from the far end. With the positions of the middle
-//! this is the leapfrog rule, stable while `Δt √(k/m) < 2`, m the effective mass at the ends.
+//! this is the leapfrog rule, stable while `Δt √(k/m) < 2`, m the effective mass at the ends; it is used
+//! up to 1.
 
 use clangor_core::body::{BodyId, Link, LinkEnd};
 use clangor_core::timeline::{ContactKind, ContactRow};
@@ -10,6 +12,7 @@ use glam::DVec3;
 use super::pair::Step;
 use super::state::BodyState;
 use super::step_log::{Impulse, StepLog};
+use super::stiff_spring::StiffSpring;
 
 /// A spring of the world.
 pub(super) struct Spring {
@@ -22,24 +25,15 @@ pub(super) struct Spring {
 }
 
 impl Spring {
-    /// The spring of a link, if it is one; `Err` states what is not supported, and the body.
-    pub(super) fn of_link(
-        link: &Link,
-        bodies: &[BodyState],
-        step: f64,
-    ) -> Result<Option<Self>, (&'static str, BodyId)> {
+    /// The spring of a link, if it is one that steps of `step` \[s\] follow; `Err` has the body of one with a
+    /// coefficient that is negative or not finite.
+    pub(super) fn of_link(link: &Link, bodies: &[BodyState], step: f64) -> Result<Option<Self>, BodyId> {
         let &Link::Spring { body, at, to, rest_length, stiffness, damping } = link else { return Ok(None) };
-        let inverse_mass = |body: BodyId, at: DVec3| bodies[body.index()].largest_inverse_mass_at(at);
-        let far = match to {
-            LinkEnd::Point(_) => 0.0,
-            LinkEnd::Body { body, at } => inverse_mass(body, at),
-        };
-        let inverse_mass = inverse_mass(body, at) + far;
-        let finite = [rest_length, stiffness, damping].iter().all(|x| x.is_finite());
-        if !finite || stiffness * inverse_mass * step * step > 1.0 || damping * inverse_mass * step > 1.0 {
-            return Err(("springs so stiff at this time step", body));
+        if ![rest_length, stiffness, damping].iter().all(|x| *x >= 0.0 && x.is_finite()) {
+            return Err(body);
         }
-        Ok(Some(Spring { body: body.index(), at, to, rest_length, stiffness, damping }))
+        let stiff = StiffSpring::of_link(link, bodies, step).is_some();
+        Ok((!stiff).then_some(Spring { body: body.index(), at, to, rest_length, stiffness, damping }))
     }
 
     /// Indices of the bodies at its ends.

@@ -100,13 +100,16 @@ impl RigidWorld {
             let name = world.bodies.get(id.index()).map_or_else(String::new, |b| b.name.clone());
             SimulationError::Unsupported { what, name }
         };
-        let linkages = Linkages::try_new(&world.links, &bodies)
+        let linkages = Linkages::try_new(&world.links, &bodies, time_step)
             .map_err(|body| unknown("links without a body", BodyId(body as u32)))?;
         refuse_open_joints(&linkages, &bodies, world)?;
         (0..bodies.len()).for_each(|body| restless[body] = linkages.of(body).is_some());
         let mut springs = Vec::new();
         for link in &world.links {
-            let spring = Spring::of_link(link, &bodies, time_step).map_err(|(what, id)| unknown(what, id))?;
+            let spring = Spring::of_link(link, &bodies, time_step).map_err(|id| {
+                let (body, reason) = (world.bodies[id.index()].name.clone(), "has a spring without numbers");
+                SimulationError::BadBody { body, reason }
+            })?;
             spring.iter().flat_map(Spring::ends).for_each(|body| restless[body] = true);
             springs.extend(spring);
         }
@@ -325,7 +328,11 @@ impl RigidWorld {
     fn loose(&self, joint: usize, gap: f64) -> SimulationError {
         let near = self.linkages.joints[joint].ends[0].body;
         let body = near.map_or_else(String::new, |body| self.names[body].clone());
-        SimulationError::LooseJoint { body, gap, time: self.time() }
+        let time = self.time();
+        match self.linkages.joints[joint].spring {
+            Some(_) => SimulationError::StrainedSpring { body, gap, time },
+            None => SimulationError::LooseJoint { body, gap, time },
+        }
     }
 
     fn check_finite(&self) -> Result<(), SimulationError> {

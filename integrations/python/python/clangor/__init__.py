@@ -13,16 +13,20 @@ from ._clangor import (
     modes,
     strike,
 )
+from .datasets import Dataset, ShardError, dataset
 
 __all__ = [
     "Body",
     "ClangorError",
+    "Dataset",
     "Modes",
     "Session",
+    "ShardError",
     "Sound",
     "StruckSound",
     "Timeline",
     "__version__",
+    "dataset",
     "materials",
     "modes",
     "strike",

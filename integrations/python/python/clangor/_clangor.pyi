@@ -1,6 +1,6 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Literal, Union, final
+from typing import Any, Literal, Union, final
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,8 @@ __all__ = [
     "strike",
     "modes",
     "materials",
+    "Strikes",
+    "usual_shards",
 ]
 
 __version__: str
@@ -163,3 +165,33 @@ def modes(
     progress: _Progress | None = None,
 ) -> Modes: ...
 def materials() -> list[str]: ...
+
+@final
+class Strikes:
+    """The strikes of a recipe."""
+
+    def __new__(
+        cls,
+        *,
+        text: str | None = None,
+        path: _Path | None = None,
+        folder: _Path | None = None,
+        seed: int | None = None,
+        quality: _Quality = "normal",
+        max_frequency: float | None = None,
+        cache: _Path | None = None,
+    ) -> Strikes: ...
+    def __len__(self) -> int: ...
+    @property
+    def bodies(self) -> int: ...
+    def range(self, start: int, stop: int, progress: _Progress | None = None) -> list[dict[str, Any]]: ...
+    def write(
+        self,
+        folder: _Path,
+        part: tuple[int, int],
+        files: Literal["parquet", "wav"] = "parquet",
+        progress: _Progress | None = None,
+    ) -> tuple[os.PathLike[str], int, bool]: ...
+    def bake(self, part: tuple[int, int], progress: _Progress | None = None) -> int: ...
+
+def usual_shards(count: int) -> int: ...

@@ -65,18 +65,36 @@ impl FarSystem {
         loads: &mut [[Complex64; RIGID_DOFS]],
     ) {
         let (k, coupling) = (k as f32, coupling as f32);
-        pulp::Arch::new().dispatch(Assembly::<true> { system: self, k, coupling, classes, loads });
+        pulp::Arch::new().dispatch(Assembly::<true, true> { system: self, k, coupling, classes, loads });
     }
 
     /// Adds the far pairs to the matrices alone.
     pub(super) fn assemble_matrices(&self, k: f64, coupling: f64, classes: &mut [ClassMatrix<'_>]) {
         let (k, coupling) = (k as f32, coupling as f32);
-        pulp::Arch::new().dispatch(Assembly::<false> { system: self, k, coupling, classes, loads: &mut [] });
+        pulp::Arch::new().dispatch(Assembly::<true, false> {
+            system: self,
+            k,
+            coupling,
+            classes,
+            loads: &mut [],
+        });
+    }
+
+    /// Adds the far pairs to the loads of all vertices alone.
+    pub(super) fn assemble_loads(&self, k: f64, coupling: f64, loads: &mut [[Complex64; RIGID_DOFS]]) {
+        let (k, coupling) = (k as f32, coupling as f32);
+        pulp::Arch::new().dispatch(Assembly::<false, true> {
+            system: self,
+            k,
+            coupling,
+            classes: &mut [],
+            loads,
+        });
     }
 }
 
-/// `WITH_LOADS`: with those of the six motions, or without.
-struct Assembly<'a, 'b, const WITH_LOADS: bool> {
+/// `WITH_MATRIX`, `WITH_LOADS`: the matrices, the loads of the six motions, or both.
+struct Assembly<'a, 'b, const WITH_MATRIX: bool, const WITH_LOADS: bool> {
     system: &'a FarSystem,
     k: f32,
     coupling: f32,
@@ -84,7 +102,7 @@ struct Assembly<'a, 'b, const WITH_LOADS: bool> {
     loads: &'a mut [[Complex64; RIGID_DOFS]],
 }
 
-impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
+impl<const WITH_MATRIX: bool, const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_MATRIX, WITH_LOADS> {
     type Output = ();
 
     #[inline(always)]
@@ -103,7 +121,9 @@ impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
                 forward_loads.resize(block.vertices.len() * LOADS * GROUP, 0.0_f32);
                 for group in block.first / GROUP..groups {
                     sums.clear();
-                    sums.resize(block.vertices.len() * SUMS * GROUP, 0.0_f32);
+                    if WITH_MATRIX {
+                        sums.resize(block.vertices.len() * SUMS * GROUP, 0.0_f32);
+                    }
                     backward_loads.fill(0.0);
                     let mut touched = false;
                     for (i, local) in block.local.iter().enumerate() {
@@ -131,13 +151,15 @@ impl<const WITH_LOADS: bool> WithSimd for Assembly<'_, '_, WITH_LOADS> {
                                 part,
                                 parts,
                             };
-                            pair.add::<WITH_LOADS>(skip, own, local, sums, [forward, backward]);
+                            pair.add::<WITH_MATRIX, WITH_LOADS>(skip, own, local, sums, [forward, backward]);
                         }
                     }
                     // Add the sums to the matrix of each parity class, and the loads of the sources.
                     if touched {
                         let corners = &system.corners[group];
-                        totals(corners, &sums, &mut vertex_totals);
+                        if WITH_MATRIX {
+                            totals(corners, &sums, &mut vertex_totals);
+                        }
                         for class in classes.iter_mut() {
                             class.add(g, block, corners, &vertex_totals);
                         }

@@ -22,7 +22,7 @@ use super::{TriangleSolver, narrow};
 /// Points of the quadrature on a triangle.
 const POINTS: usize = 6;
 /// Most memory of the harmonics [bytes].
-const MEMORY: usize = 512 << 20;
+const MEMORY: usize = 1 << 30;
 
 /// Solid harmonics and their normal slopes at the quadrature points of all triangles.
 #[derive(Clone, Debug)]

@@ -21,9 +21,10 @@ use clangor_core::math::spherical_harmonics::{count, solid_harmonics};
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
+use super::dense_system::ClassSystem;
 use super::incident_waves::SurfaceHarmonics;
 use super::parity_classes::ParityClass;
-use super::{ClassSystem, TriangleSolver, narrow, widen};
+use super::{TriangleSolver, narrow, widen};
 use crate::quadrature::gauss_legendre;
 use crate::radiation::RadiationError;
 

@@ -10,10 +10,11 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use super::dense_system::ClassSystem;
 use super::pair_integrals::PairIntegrator;
 use super::pair_rules::{THREE_POINTS, TouchingRules};
 use super::panels::along_curve;
-use super::{ClassSystem, TriangleSolver, narrow, widen};
+use super::{TriangleSolver, narrow, widen};
 use crate::radiation::RadiationError;
 
 impl TriangleSolver {

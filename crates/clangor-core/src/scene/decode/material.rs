@@ -82,7 +82,11 @@ impl Materials {
         section: &Section<'_>,
         key: &'static str,
     ) -> Option<Material> {
-        let node = section.get(key)?;
+        self.of_node(d, &section.get(key)?)
+    }
+
+    /// The material that a text names.
+    pub(super) fn of_node(&self, d: &mut Decoder<'_>, node: &Node<'_>) -> Option<Material> {
         let name = node.text(d, "the name of a material in quotes, such as \"steel\"")?;
         let own = self.custom.binary_search_by(|(own, _)| own.as_str().cmp(name)).ok();
         let own = own.map(|at| self.custom[at].1.clone());

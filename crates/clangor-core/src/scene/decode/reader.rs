@@ -135,6 +135,10 @@ impl<'t> Node<'t> {
         self.value.is_array()
     }
 
+    pub(super) fn is_table(&self) -> bool {
+        self.value.is_table()
+    }
+
     pub(super) fn text(&self, d: &mut Decoder<'_>, expected: &str) -> Option<&'t str> {
         let text = self.value.as_str();
         if text.is_none() {

@@ -2,7 +2,7 @@
 
 use super::reader::{Decoder, Node, Quantity, Section};
 use crate::acoustics::Acoustics;
-use crate::propagation::{OCTAVES, ReverberationTimes, Room, RoomError, WallAbsorption};
+use crate::propagation::{Air, OCTAVES, ReverberationTimes, Room, RoomError, WallAbsorption};
 use crate::scene::diagnostic::Problem;
 
 pub(super) const ROOM_KEYS: &[&str] = &["lowest", "highest", "absorption", "images", "late"];
@@ -14,6 +14,11 @@ const MOST_IMAGES: i64 = 8;
 
 pub(super) fn room(d: &mut Decoder<'_>, top: &Section<'_>) -> Option<Room> {
     let section = top.get("room")?.section(d, ROOM_KEYS)?;
+    room_of(d, &section)
+}
+
+/// The room that a section describes.
+pub(super) fn room_of(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Room> {
     let mut corner = |key| match section.get(key) {
         Some(node) => node.vector(d, "m"),
         None => {
@@ -41,11 +46,22 @@ pub(super) fn room(d: &mut Decoder<'_>, top: &Section<'_>) -> Option<Room> {
 
 /// Notes an error where neither the walls nor the air of a room end its reverberation.
 pub(super) fn check_reverberation(d: &mut Decoder<'_>, top: &Section<'_>, acoustics: &Acoustics) {
-    let Some(room) = acoustics.room.as_ref().filter(|room| room.late) else { return };
+    let Some(room) = &acoustics.room else { return };
     let Some(section) = top.get("room") else { return };
-    let times = ReverberationTimes::new(room, acoustics.air.as_ref(), acoustics.medium.sound_speed);
-    if let Some(octave) = OCTAVES.into_iter().find(|octave| !times.at(*octave).is_finite()) {
-        let node = section.get(d, "absorption").unwrap_or(section);
+    let node = section.get(d, "absorption").unwrap_or(section);
+    check_damped(d, &node, (room, acoustics.air.as_ref()), acoustics.medium.sound_speed);
+}
+
+/// The same at a place, for a room filled with air that absorbs or not.
+pub(super) fn check_damped(
+    d: &mut Decoder<'_>,
+    node: &Node<'_>,
+    (room, air): (&Room, Option<&Air>),
+    sound_speed: f64,
+) {
+    let times = ReverberationTimes::new(room, air, sound_speed);
+    let undamped = OCTAVES.into_iter().find(|octave| !times.at(*octave).is_finite());
+    if let Some(octave) = undamped.filter(|_| room.late) {
         d.error(node.place(d), Problem::Room(RoomError::Undamped { octave }));
     }
 }

@@ -2,8 +2,9 @@
 
 use num_complex::Complex64;
 
+use crate::quantity;
 use crate::sound_model::acceleration::field::{AccelerationField, RIGID_DOFS, Term};
-use crate::sound_model::files::number_checks::{check_count, positive};
+use crate::sound_model::files::number_checks::{check_count, within};
 use crate::sound_model::files::tensor_file::TensorFileError;
 
 /// Most nodes in frequency that a file may have.
@@ -12,10 +13,8 @@ const MOST_NODES: usize = 1024;
 const HIGHEST_ORDER: u8 = 127;
 /// Rejects a field that could not be played.
 pub(crate) fn check_field(field: &AccelerationField) -> Result<(), TensorFileError> {
-    positive("the highest wavenumber", field.max_wavenumber)?;
-    if !(field.ring_time >= 0.0 && field.ring_time.is_finite()) {
-        return Err(TensorFileError::value("the ring time", "is not a finite number from 0"));
-    }
+    within("the highest wavenumber", field.max_wavenumber, &quantity::WAVENUMBER)?;
+    within("the ring time", field.ring_time, &quantity::RING_TIME)?;
     let nodes = field.nodes.len();
     if !(1..=MOST_NODES).contains(&nodes) {
         return Err(TensorFileError::value(
@@ -24,9 +23,8 @@ pub(crate) fn check_field(field: &AccelerationField) -> Result<(), TensorFileErr
         ));
     }
     for (at, node) in field.nodes.iter().enumerate() {
-        if !(node.s.is_finite() && node.weight.is_finite()) {
-            return Err(TensorFileError::value(format!("node {at}"), "is not finite"));
-        }
+        within(&format!("node {at}"), node.s.norm(), &quantity::NODE)?;
+        within(&format!("the weight of node {at}"), node.weight.norm(), &quantity::NODE_WEIGHT)?;
         if field.nodes[..at].iter().any(|other| other.s == node.s) {
             return Err(TensorFileError::value(format!("node {at}"), "repeats an earlier one"));
         }

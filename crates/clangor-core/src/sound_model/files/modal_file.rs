@@ -13,9 +13,10 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::medium::Medium;
-use crate::sound_model::files::number_checks::{RADII, positive};
+use crate::quantity;
+use crate::sound_model::files::number_checks::{RADII, all_within, within};
 use crate::sound_model::files::solid::{Solid, SolidDescription};
-use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter, check_finite};
+use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter};
 use crate::sound_model::modal::model::{ModalMode, ModalModel, ModalTransfer};
 use crate::sound_model::modal::surface::ModalSurface;
 
@@ -245,20 +246,15 @@ impl ModalPart {
                 format!("is {radius:e} m, outside {:e} m to {:e} m", RADII.start(), RADII.end()),
             ));
         }
-        positive("the density of the medium", medium.density)?;
-        positive("the speed of sound", medium.sound_speed)?;
-        positive("the density of the body", *density)?;
-        positive("the highest frequency", *max_frequency)?;
+        within("the density of the medium", medium.density, &quantity::MEDIUM_DENSITY)?;
+        within("the speed of sound", medium.sound_speed, &quantity::SOUND_SPEED)?;
+        within("the density of the body", *density, &quantity::DENSITY)?;
+        within("the highest frequency", *max_frequency, &quantity::FREQUENCY)?;
         if let Some(from) = *statistical_above {
-            positive("the frequency above which modes are statistical", from)?;
+            within("the frequency above which modes are statistical", from, &quantity::FREQUENCY)?;
         }
-        positive("Young's modulus", self.origin.youngs_modulus)?;
-        if !(self.origin.poisson_ratio > -1.0 && self.origin.poisson_ratio < 0.5) {
-            return Err(TensorFileError::value(
-                "Poisson's ratio",
-                format!("is {}, not between -1 and 0.5", self.origin.poisson_ratio),
-            ));
-        }
+        within("Young's modulus", self.origin.youngs_modulus, &quantity::MODULUS)?;
+        within("Poisson's ratio", self.origin.poisson_ratio, &quantity::POISSON)?;
         // Without modes there are no shapes, and no surface is needed.
         if !modes.is_empty() {
             check_surface(surface, *radius)?;
@@ -266,7 +262,7 @@ impl ModalPart {
         let mut last = 0.0;
         for (at, mode) in modes.iter().enumerate() {
             let what = || format!("mode {at}");
-            positive(&what(), mode.frequency)?;
+            within(&what(), mode.frequency, &quantity::FREQUENCY)?;
             if mode.frequency < last {
                 return Err(TensorFileError::value(what(), "is below the one before it"));
             }
@@ -278,10 +274,8 @@ impl ModalPart {
                     "is not a finite number from 0",
                 ));
             }
-            if !(mode.support_damping >= 0.0 && mode.support_damping.is_finite()) {
-                let what = format!("the damping of mode {at} by supports");
-                return Err(TensorFileError::value(what, "is not a finite number from 0"));
-            }
+            let what = format!("the damping of mode {at} by supports");
+            within(&what, mode.support_damping, &quantity::DAMPING_RATE)?;
             check_shape(at, mode, surface.nodes.len())?;
             mode.transfer.as_ref().map_or(Ok(()), |transfer| check_transfer(at, transfer))?;
         }
@@ -365,10 +359,12 @@ fn check_shape(at: usize, mode: &ModalMode, nodes: usize) -> Result<(), TensorFi
         });
     }
     // In the precision of the file, whose range may be too small for a number.
-    match mode.shape.iter().position(|u| !u.as_vec3().is_finite()) {
-        Some(node) => {
-            Err(TensorFileError::value(format!("node {node} of the shape of mode {at}"), "is not finite"))
-        }
+    let large = |u: &DVec3| u.as_vec3().to_array().iter().any(|x| !quantity::COMPONENT.admits((*x).into()));
+    match mode.shape.iter().position(large) {
+        Some(node) => Err(TensorFileError::value(
+            format!("node {node} of the shape of mode {at}"),
+            "is not finite, or too large",
+        )),
         None => Ok(()),
     }
 }
@@ -387,5 +383,5 @@ fn check_transfer(at: usize, transfer: &ModalTransfer) -> Result<(), TensorFileE
         });
     }
     let rounded: Vec<f32> = transfer.coefficients.iter().flat_map(|c| [c.re as f32, c.im as f32]).collect();
-    check_finite(&format!("modal.real or modal.imaginary of mode {at}"), &rounded)
+    all_within(&format!("modal.real or modal.imaginary of mode {at}"), &rounded, &quantity::COMPONENT)
 }

@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::sound_model::files::number_checks::positive;
+use crate::quantity;
+use crate::sound_model::files::number_checks::within;
 use crate::sound_model::files::tensor_file::TensorFileError;
 
 /// Origin and accuracy of a model.
@@ -28,7 +29,7 @@ pub struct Origin {
 
 /// Rejects invalid evidence.
 pub(crate) fn check_origin(origin: &Origin) -> Result<(), TensorFileError> {
-    positive("the accuracy asked for", origin.asked_accuracy)?;
+    within("the accuracy asked for", origin.asked_accuracy, &quantity::ACCURACY)?;
     if !(origin.held_out_error >= 0.0 && origin.held_out_error.is_finite()) {
         return Err(TensorFileError::value("the held-out error", "is not a finite number from 0"));
     }

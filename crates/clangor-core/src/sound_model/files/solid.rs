@@ -8,7 +8,8 @@ use crate::body::{MeshSurface, Surface};
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::solid::MeshError;
 use crate::geometry::tri_mesh::TriMesh;
-use crate::sound_model::files::number_checks::positive;
+use crate::quantity;
+use crate::sound_model::files::number_checks::within;
 use crate::sound_model::files::surface_mesh::{check_mesh, put_mesh, take_mesh};
 use crate::sound_model::files::tensor_file::{TensorFileError, TensorReader, TensorWriter};
 
@@ -74,7 +75,7 @@ impl Solid {
             check_mesh("solid", surface, radius)?;
         }
         let mass = &self.mass;
-        positive("the volume", mass.volume)?;
+        within("the volume", mass.volume, &quantity::VOLUME)?;
         if !mass.centre_of_mass.is_finite() {
             return Err(TensorFileError::value("the centre of mass", "is not finite"));
         }

@@ -51,10 +51,12 @@ pub enum MotionImportError {
         fault: ContactFault,
     },
     /// A contact at a time that no timeline has.
-    #[error("{path}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
+    #[error("{path}, row {row}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
     Time {
         /// The list.
         path: PathBuf,
+        /// Line of a text, row of a Parquet file.
+        row: usize,
         /// The time \[s\].
         time: f64,
     },

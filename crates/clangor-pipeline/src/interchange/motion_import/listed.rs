@@ -31,8 +31,9 @@ pub(super) fn read_contacts(
     let mut contacts = Vec::new();
     for path in &files.contacts {
         let mut rows = read_listed_contacts(path, world.bodies.len(), &named)?;
-        if let Some(time) = time_outside(&rows) {
-            return Err(MotionImportError::Time { path: path.clone(), time });
+        if let Some(listed) = time_outside(&rows) {
+            let (row, time) = (listed.line, listed.row.time);
+            return Err(MotionImportError::Time { path: path.clone(), row, time });
         }
         let refused = |fault| MotionImportError::Contact { path: path.clone(), fault };
         let offset = contacts.iter().map(|row: &ContactRow| row.impact_id).max().unwrap_or(0);

@@ -18,6 +18,7 @@ use glam::DVec3;
 
 use super::arc::{Arc, NODES, TABLE};
 use super::track::Track;
+use crate::spheres::spring_pace;
 
 /// Last coefficients of the acceleration that are negligible, relative to the largest acceleration.
 const TAIL: f64 = 1e-13;
@@ -186,19 +187,25 @@ impl Island {
         (self.start, self.span, self.arcs) = (time, self.pace, arcs);
     }
 
-    /// An upper estimate of the rates of change \[1/s\].
-    fn fastest(&self, v: &[DVec3]) -> f64 {
-        let mut rate = 1e-3_f64;
-        for track in &self.tracks {
-            let swing = (self.gravity.length() / track.radius).sqrt();
-            rate = rate.max(swing + v[track.ball].length() / track.radius);
-        }
+    /// The fastest rate of change of the force of a spring \[rad/s\].
+    pub(super) fn spring_rate(&self) -> f64 {
+        let mut rate = 0.0_f64;
         for spring in &self.springs {
             let mass = match spring.to {
                 Far::Ball(other) => self.masses[spring.ball].min(self.masses[other]),
                 Far::Point(_) => self.masses[spring.ball],
             };
-            rate = rate.max((2.0 * spring.stiffness / mass).sqrt() + 2.0 * spring.damping / mass);
+            rate = rate.max(spring_pace::rate(spring.stiffness, spring.damping, mass));
+        }
+        rate
+    }
+
+    /// An upper estimate of the rates of change \[1/s\].
+    fn fastest(&self, v: &[DVec3]) -> f64 {
+        let mut rate = self.spring_rate().max(1e-3);
+        for track in &self.tracks {
+            let swing = (self.gravity.length() / track.radius).sqrt();
+            rate = rate.max(swing + v[track.ball].length() / track.radius);
         }
         rate
     }

@@ -7,6 +7,7 @@ use super::ball::Traits;
 use super::island::{Far, Island, Rod, Spring};
 use super::track::Track;
 use crate::SimulationError;
+use crate::spheres::spring_pace;
 
 /// Anchors nearer than this, relative to the rods, are one.
 const SAME_ANCHOR: f64 = 1e-9;
@@ -40,6 +41,11 @@ pub(super) fn link_islands(
             Link::Joint { body, .. } => return linked.refuse(*body, "it has a joint, a rod or a rope"),
             Link::Load { body, .. } => return linked.refuse(*body, "a force acts on it over time"),
         }
+    }
+    if let Some(island) = linked.islands.iter().find(|island| island.spring_rate() > spring_pace::FASTEST) {
+        let body = island.balls.first().map_or(0, |&ball| traits[ball].body);
+        return linked
+            .refuse(BodyId(body), "a spring moves it faster than every oscillation can be followed");
     }
     Ok((linked.islands, linked.island_places))
 }

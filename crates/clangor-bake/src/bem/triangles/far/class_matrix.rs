@@ -10,7 +10,7 @@ use super::layout::{GROUP, SUMS};
 pub(in crate::bem::triangles) struct ClassMatrix<'a> {
     /// Unknown of each vertex, `u32::MAX` without.
     pub(in crate::bem::triangles) unknowns: &'a [u32],
-    /// Sign of each image.
+    /// Sign of each image; 0 leaves it out.
     pub(in crate::bem::triangles) signs: &'a [f64],
     /// Column by column.
     pub(in crate::bem::triangles) matrix: Vec<Complex32>,
@@ -43,6 +43,9 @@ impl ClassMatrix<'_> {
         totals: &[[Complex32; 2]],
     ) {
         let sign = self.signs[image] as f32;
+        if sign == 0.0 {
+            return;
+        }
         let n = self.size;
         let height = block.vertices.len();
         // Forward couplings: row of the test vertex, column of the source vertex.

@@ -142,7 +142,7 @@ impl<S: Simd> PairLanes<'_, S> {
 
     /// Adds the pair, in both directions, to the sums of the test vertices and the loads.
     #[inline(always)]
-    pub(super) fn add<const WITH_LOADS: bool>(
+    pub(super) fn add<const WITH_MATRIX: bool, const WITH_LOADS: bool>(
         &self,
         skip: u16,
         own: Option<usize>,
@@ -153,7 +153,9 @@ impl<S: Simd> PairLanes<'_, S> {
         let amplitude = self.amplitude(skip, own);
         let normals = Normals { test: self.splats(self.test.normal), source: self.vector(NORMAL) };
         let integrals = self.integrate::<WITH_LOADS>(&normals);
-        self.add_couplings(&integrals, amplitude, local, sums);
+        if WITH_MATRIX {
+            self.add_couplings(&integrals, amplitude, local, sums);
+        }
         if !WITH_LOADS {
             return;
         }

@@ -1,0 +1,115 @@
+//! Springs that oscillate faster than a step follows, solved with the joints by backward Euler.
+//!
+//! A spring of stiffness k and damping c whose ends have the inverse effective mass w is an oscillator of
+//! ω² = k w. Where ω Δt > 1, or c w Δt > 1, it is a row of its linkage that gives way: with its extension e
+//! now and e⁺ at the middle of the next step, the impulse along it is
+//!
+//! `λ = −Δt k e⁺ − c (e⁺ − e)`, so `e⁺ + (λ − c e) / (k Δt + c) = 0`,
+//!
+//! which joints have with a right-hand side of zero, and A = J M⁻¹ Jᵀ has `1 / (Δt (k Δt + c))` more on its
+//! diagonal (Lacoursière 2007; XPBD, Macklin, Müller and Chentanez 2016). Loads stretch it by exactly F/k.
+//! Across itself a spring under tension resists with `k (1 − l₀/l)`: two rows more, where a step does not
+//! follow that either. Without a rest length it is an isotropic oscillator.
+//!
+//! What it is not: the vibration itself. Backward Euler never adds energy, and takes that of oscillations
+//! that the step does not resolve: `1/√(1 + ω² Δt²)` of the amplitude is left after a step. Springs so
+//! strained that their directions turn by large angles within a step are an error.
+
+use clangor_core::body::{Link, LinkEnd};
+use glam::DVec3;
+
+use super::manifold::tangents;
+use super::state::BodyState;
+
+/// Across a spring, oscillations of (ω Δt)² below this are left to its direction, which turns from step to
+/// step.
+const FOLLOWED: f64 = 0.1;
+
+/// The law of a spring that is solved implicitly.
+#[derive(Clone, Copy)]
+pub(super) struct StiffSpring {
+    /// Length without force \[m\].
+    pub(super) rest_length: f64,
+    stiffness: f64,
+    damping: f64,
+    /// Upper bound of the inverse effective mass at its ends \[1/kg\].
+    mobility: f64,
+}
+
+/// How a row gives way under its impulse.
+#[derive(Clone, Copy)]
+pub(super) struct Give {
+    /// Extension after a unit impulse, `1 / (k Δt + c)` \[m/(N s)\].
+    compliance: f64,
+    /// Impulse of the damper for a spring that does not move on \[N s\].
+    held: f64,
+    /// Added to the diagonal of A \[1/kg\].
+    pub(super) softness: f64,
+}
+
+impl Give {
+    /// What an error lacks to the law of the spring after an impulse \[m\].
+    pub(super) fn residual(&self, error: f64, impulse: f64) -> f64 {
+        error + self.compliance * (impulse - self.held)
+    }
+}
+
+/// Upper bound of the inverse effective mass of the two ends of a link \[1/kg\].
+pub(super) fn mobility(link: &Link, bodies: &[BodyState]) -> f64 {
+    let Link::Spring { body, at, to, .. } = *link else { return 0.0 };
+    let of = |body: usize, at: DVec3| bodies[body].largest_inverse_mass_at(at);
+    let far = match to {
+        LinkEnd::Point(_) => 0.0,
+        LinkEnd::Body { body, at } => of(body.index(), at),
+    };
+    of(body.index(), at) + far
+}
+
+impl StiffSpring {
+    /// The law of a link, if it is a spring that steps of `step` \[s\] do not follow.
+    pub(super) fn of_link(link: &Link, bodies: &[BodyState], step: f64) -> Option<Self> {
+        let &Link::Spring { rest_length, stiffness, damping, .. } = link else { return None };
+        let mobility = mobility(link, bodies);
+        let followed = stiffness * mobility * step * step <= 1.0 && damping * mobility * step <= 1.0;
+        (!followed).then_some(StiffSpring { rest_length, stiffness, damping, mobility })
+    }
+
+    /// Stiffness across the spring, for its present length \[N/m\].
+    fn across(&self, length: f64) -> f64 {
+        if length > self.rest_length { self.stiffness * (1.0 - self.rest_length / length) } else { 0.0 }
+    }
+
+    /// The directions that resist where its ends are apart by `between`: along it, and across it where it
+    /// is under such a tension.
+    pub(super) fn directions(&self, between: DVec3, step: f64) -> Vec<DVec3> {
+        let along = between.normalize_or(DVec3::Y);
+        let (one, two) = tangents(along);
+        let pulled = self.across(between.length()) * self.mobility * step * step > FOLLOWED;
+        if pulled { vec![along, one, two] } else { vec![along] }
+    }
+
+    /// Extension along each of these directions \[m\].
+    pub(super) fn extensions(&self, between: DVec3, directions: impl Iterator<Item = DVec3>) -> Vec<f64> {
+        let along = |direction: DVec3| {
+            let unit = between.normalize_or(direction);
+            (between.length() - self.rest_length) * unit.dot(direction)
+        };
+        let of = |(row, direction): (usize, DVec3)| {
+            if row == 0 { along(direction) } else { between.dot(direction) }
+        };
+        directions.enumerate().map(of).collect()
+    }
+
+    /// How it gives way along each of these directions in a step \[s\]; its ends are apart by `between` at
+    /// present.
+    pub(super) fn gives(&self, between: DVec3, directions: &[DVec3], step: f64) -> Vec<Give> {
+        let across = self.across(between.length());
+        let give = |(row, extension): (usize, f64)| {
+            let (stiffness, damping) = if row == 0 { (self.stiffness, self.damping) } else { (across, 0.0) };
+            let compliance = (stiffness * step + damping).recip();
+            Give { compliance, held: damping * extension, softness: compliance / step }
+        };
+        let extensions = self.extensions(between, directions.iter().copied());
+        extensions.into_iter().enumerate().map(give).collect()
+    }
+}

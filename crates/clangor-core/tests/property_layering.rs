@@ -29,6 +29,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
             "medium",
             "pose",
             "propagation",
+            "quantity",
             "reference",
             "sound_model",
             "timeline",

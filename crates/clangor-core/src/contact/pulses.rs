@@ -311,7 +311,7 @@ fn pulse(
         speed,
         restitution: coefficients.restitution.at(speed),
         friction: coefficients.friction,
-        points,
+        points: points.into_iter().map(|placed| placed.point).collect(),
     };
     let forces = &settings.forces;
     let own = if forces.allows_histories() { recorded.of(&impact) } else { None };

@@ -94,7 +94,7 @@ impl Random {
                 let at = self.below(length + 1);
                 input.splice(at..at, piece.repeat(times));
             }
-            4 | 5 | 6 => self.change_number(input),
+            4..=6 => self.change_number(input),
             7 | 8 => {
                 let word = self.pick(words).unwrap_or_default().as_bytes().to_vec();
                 let cut = self.below(12);

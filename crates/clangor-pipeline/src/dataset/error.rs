@@ -87,7 +87,7 @@ pub enum DatasetError {
         /// The body.
         object: String,
         /// Why.
-        source: StrikeError,
+        source: Box<StrikeError>,
     },
     /// A body whose sound model cannot be had.
     #[error("object \"{object}\" of {material}: {source}")]
@@ -97,7 +97,7 @@ pub enum DatasetError {
         /// Its material.
         material: String,
         /// Why.
-        source: session::Error,
+        source: Box<session::Error>,
     },
     /// A room that holds not both of body and listener.
     #[error(

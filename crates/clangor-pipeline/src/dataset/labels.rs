@@ -97,7 +97,7 @@ impl Dataset {
         let failed = |source: StrikeError| DatasetError::Strike {
             place: self.strikes.place(drawn.index, column(&source)),
             object: object.name.clone(),
-            source,
+            source: Box::new(source),
         };
         let given = drawn.normal.and_then(DVec3::try_normalize);
         let normal = given.or_else(|| body.surface.normal_at(point));
@@ -116,7 +116,7 @@ impl Dataset {
             source => DatasetError::Object {
                 object: object.name.clone(),
                 material: self.strikes.materials[material].name.clone(),
-                source,
+                source: Box::new(source),
             },
         })?;
         let striker = match &drawn.force {

@@ -98,7 +98,7 @@ impl StruckBodies {
         let body = ready(object, material, settings, on_progress).map_err(|source| DatasetError::Object {
             object: object.name.clone(),
             material: material.name.clone(),
-            source,
+            source: Box::new(source),
         })?;
         let body = Arc::new(body);
         self.kept.insert(key, Kept { body: Arc::clone(&body), group });

@@ -73,9 +73,8 @@ impl LiveWorld {
         let inertia = DMat3::from_diagonal(DVec3::splat(0.4 * mass * radius * radius));
         let surface = Surface::Sphere { radius };
         let name = format!("{} ball {}", material.name, place + 1);
-        let body = Body::new(name, material.clone(), surface, mass, inertia)
-            .at(position)
-            .with_velocity(velocity);
+        let body =
+            Body::new(name, material.clone(), surface, mass, inertia).at(position).with_velocity(velocity);
         match self.world.bodies.get_mut(place) {
             Some(slot) => *slot = body,
             None => self.world.bodies.push(body),

@@ -1,6 +1,6 @@
-// Gestures of mouse, pen and touch on the picture: drag a ball to throw it, drag a listener to move it, tap it
-// to listen there, tap an object to strike it, tap the background to drop a ball, drag the background to rotate
-// the view, pinch or wheel to zoom.
+// Gestures of mouse, pen and touch on the picture: drag a ball to throw it, drag a listener to move it, tap
+// it to listen there, tap an object to strike it, tap the background to drop a ball, drag the background to
+// rotate the view, pinch or wheel to zoom.
 
 import { Vector3 } from 'three';
 

@@ -150,7 +150,9 @@ export class Sound extends EventTarget {
     this.node?.port.postMessage(message);
   }
 
-  /** Sends a message, if the audio thread is there. @param {any} message @param {Transferable[]} [transfer] */
+  /**
+   * Sends a message, if the audio thread is there. @param {any} message @param {Transferable[]} [transfer]
+   */
   post(message, transfer = []) {
     this.node?.port.postMessage(message, transfer);
   }

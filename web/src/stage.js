@@ -79,8 +79,8 @@ export class Stage extends EventTarget {
   }
 
   /**
-   * Whether the scene moves before the sound is on. One that comes to rest by itself waits, so that nothing of it
-   * is lost; one in which balls keep falling shows what the page does.
+   * Whether the scene moves before the sound is on. One that comes to rest by itself waits, so that nothing
+   * of it is lost; one in which balls keep falling shows what the page does.
    */
   get movesUnheard() {
     return this.preset.rain !== undefined || this.sound.refused;

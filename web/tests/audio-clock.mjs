@@ -71,8 +71,8 @@ export function heard(page) {
 }
 
 /**
- * Waits until something is heard, so many seconds of the audio clock and of the world at most: on a busy machine the
- * world falls behind the sound.
+ * Waits until something is heard, so many seconds of the audio clock and of the world at most: on a busy
+ * machine the world falls behind the sound.
  * @param {Page} page @param {number} seconds
  */
 export async function hear(page, seconds) {

@@ -1,7 +1,9 @@
-// Checks that run in the page; each returns its faults as texts. They stand alone, because the browser gets their
-// source.
+// Checks that run in the page; each returns its faults as texts. They stand alone, because the browser gets
+// their source.
 
-/** Controls are inside the window or its scrolling parts, uncovered, of 44 pixels, and their text is whole. */
+/**
+ * Controls are inside the window or its scrolling parts, uncovered, of 44 pixels, and their text is whole.
+ */
 export function checkWindow() {
   const LEAST = 44;
   /** @type {string[]} */

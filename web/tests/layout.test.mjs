@@ -1,6 +1,7 @@
-// The page on windows from 320 to 2560 pixels, upright and lying, with letters of normal and double size: nothing
-// is clipped or covered, what is pressed has 44 pixels, the scene is beside the settings and not under them. And
-// what assistive technology needs: names, contrast, an order of focus that follows the page.
+// The page on windows from 320 to 2560 pixels, upright and lying, with letters of normal and double size:
+// nothing is clipped or covered, what is pressed has 44 pixels, the scene is beside the settings and not
+// under them. And what assistive technology needs: names, contrast, an order of focus that follows the
+// page.
 
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
@@ -69,7 +70,7 @@ for (const letters of LETTERS) {
   });
 }
 
-test('help fits into the window, begins at its top, and speaks of fingers where there are no keys', async () => {
+test('help fits the window, begins at its top, and speaks of fingers where there are no keys', async () => {
   const faults = [];
   for (const letters of LETTERS) {
     for (const size of WINDOWS) {

@@ -277,7 +277,8 @@ fn cross_the_table_of_the_guide() {
         let path = folder.path();
         exported_and_imported(path, scene, planes, &["24", "120", "1000"]);
         let [_, coarse, fine] = ["24", "120", "1000"].map(|rate| score(path, rate));
-        // Seen: 0.98 and more, but 0.969 for coins, 0.931 in a mug: more than one impact of a body in a frame.
+        // Seen: 0.98 and more, but 0.969 for coins, 0.931 in a mug: more than one impact of a body in a
+        // frame.
         let least = strongest_of_frames(&hits(&read(path, "own.timeline")), 120.0).min(0.98);
         assert!(coarse.energy > least, "{scene}: {}", coarse.energy);
         // Seen: 0.9978 and more.

@@ -19,6 +19,7 @@ pub mod compliant;
 mod contact_error;
 pub mod contact_forces;
 mod contact_points;
+mod contact_scale;
 pub mod contact_side;
 mod corner_form;
 pub mod crack_pulses;

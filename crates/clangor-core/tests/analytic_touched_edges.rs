@@ -142,7 +142,8 @@ fn a_flat_face_is_about_as_stiff_as_a_flat_punch() {
 #[test]
 fn a_cylinder_on_its_side_has_the_load_of_a_line() {
     // 1 cm radius, 6 cm long, on the ends of the line: Johnson eq. (5.56) for the approach of a cylinder of
-    // length ℓ on a half-space, d = P'/(π E*) (2 ln(2 h/b) − 1), b² = 4 P' R/(π E*), with h = ℓ for its depth.
+    // length ℓ on a half-space, d = P'/(π E*) (2 ln(2 h/b) − 1), b² = 4 P' R/(π E*), with h = ℓ for its
+    // depth.
     let length = 0.06;
     let cylinder = body(&format!("cylinder:0.01x{length}@0.001"));
     let ends = [-0.03, 0.03].map(|y| DVec3::new(0.01, y, 0.0));

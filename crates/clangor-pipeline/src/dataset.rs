@@ -5,8 +5,8 @@
 //! ```
 //!
 //! The sound of a strike is that of [`Strike`](crate::session::Strike) with the same point, force and
-//! listener, bit for bit. Sound models are found in the cache or baked; all are exact, unless drafts are asked for. The
-//! format of recipes, tables and files is in `docs/format/dataset.md`.
+//! listener, bit for bit. Sound models are found in the cache or baked; all are exact, unless drafts are
+//! asked for. The format of recipes, tables and files is in `docs/format/dataset.md`.
 //!
 //! ```no_run
 //! use std::ops::ControlFlow;

@@ -4,7 +4,8 @@
 //! |---|---|
 //! | `recording` | frames of bodies, and what can be wrong with them |
 //! | `frame_checks` | finds that, frame by frame |
-//! | `kinematics` | velocities between frames, their jumps beyond gravity, and free flight continued past a frame |
+//! | `kinematics` | velocities between frames, their jumps beyond gravity, and free flight continued past a
+//! frame |
 //! | `jump_windows` | which jumps belong to one impact, and its instant between two frames |
 //! | `touching` | where two surfaces touch, with normal and gap |
 //! | `impulse_fit` | impulses at given points that explain given jumps |

@@ -94,7 +94,8 @@ impl Sounding {
 pub struct Ground(pub Material);
 
 /// The listener; the receivers are to the left and right of its position in the world (`GlobalTransform`),
-/// which Bevy's `TransformPlugin` computes. It may be the child of another entity, such as a camera or a head.
+/// which Bevy's `TransformPlugin` computes. It may be the child of another entity, such as a camera or a
+/// head.
 #[derive(Component, Clone, Copy, Debug, Default)]
 #[require(Transform)]
 pub struct Ears;

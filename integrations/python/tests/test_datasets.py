@@ -22,7 +22,10 @@ RECIPE: dict[str, Any] = {
     "seconds": 0.1,
     "material": {"dull": {"base": "brass", "loss_factor": 0.05}},
     "materials": ["steel", "dull"],
-    "object": [{"name": "bar", "shape": "box:0.2x0.03x0.008"}, {"shape": "sphere:0.02", "materials": "glass"}],
+    "object": [
+        {"name": "bar", "shape": "box:0.2x0.03x0.008"},
+        {"shape": "sphere:0.02", "materials": "glass"},
+    ],
     "striker": [{"materials": "wood", "radius": {"log": [0.005, 0.02]}, "speed": [0.2, np.float64(2.0)]}],
     "listener": [{"distance": [0.5, 2]}],
 }
@@ -86,7 +89,10 @@ def test_files_open_with_huggingface(tmp_path: Path) -> None:
     huggingface = pytest.importorskip("datasets")
     made().write(tmp_path / "set", shards=2)
     loaded = huggingface.load_dataset(
-        "parquet", data_files=str(tmp_path / "set" / "*.parquet"), split="train", cache_dir=str(tmp_path / "hf")
+        "parquet",
+        data_files=str(tmp_path / "set" / "*.parquet"),
+        split="train",
+        cache_dir=str(tmp_path / "hf"),
     )
     assert loaded.num_rows == 12
     assert np.array_equal(np.float32(loaded[5]["samples"]), made()[5]["samples"])

@@ -20,8 +20,8 @@ use crate::timeline::ContactRow;
 
 /// Largest distance of rows of one point, over the size of the smaller body.
 const ONE_POINT: f64 = 5e-3;
-/// Fall of the paraboloid, over the largest approach, up to which a point of that gap is the same contact, and
-/// the largest deviation of the gap, over the fall.
+/// Fall of the paraboloid, over the largest approach, up to which a point of that gap is the same contact,
+/// and the largest deviation of the gap, over the fall.
 const NEAR: f64 = 4.0;
 const SAME_GAP: f64 = 0.3;
 /// Least cosine between normals of one point.
@@ -35,17 +35,16 @@ pub(super) struct PlacedPoint {
     pub(super) fall: f64,
 }
 
-/// The points of an impact on bodies of this size \[m\], whose first row is at `time` \[s\].
-/// `velocity_before` gives the velocity of A relative to B at a place before the impact [m/s], if it is
-/// known.
+/// The points of an impact on bodies of this size \[m\]. `velocity_before` gives the velocity of A relative
+/// to B at a place before the impact [m/s], if it is known.
 pub(super) fn contact_points(
     rows: &[ContactRow],
-    time: f64,
     size: f64,
     velocity_before: impl Fn(DVec3) -> Option<DVec3>,
 ) -> Vec<PlacedPoint> {
     let mut ordered: Vec<&ContactRow> = rows.iter().collect();
     ordered.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let time = ordered.first().map_or(0.0, |row| row.time);
     let mut points: Vec<PlacedPoint> = Vec::new();
     for row in ordered {
         let impulse = row.impulse();

@@ -11,7 +11,6 @@
 use glam::{DMat3, DVec3};
 
 use super::compliant::half_space_radiation;
-use super::touching::PlacedForms;
 use crate::body::{Body, BodyId, Surface};
 use crate::material::{Material, ThinPlate};
 use crate::pose::Pose;
@@ -93,20 +92,6 @@ impl ContactSide {
                 Surface::Sphere { .. } | Surface::HalfSpace | Surface::Mesh(_) => 0.0,
             },
         }
-    }
-
-    /// The same side with the curvature of `surface` at contact points [m, world] under a light load: the mean
-    /// of the tensors with these weights, which sum to 1. `normal` is the unit normal of the contact
-    /// \[world\], either way. [`touching`](super::touching::touching) has those of an impact.
-    #[must_use]
-    pub fn touched_at(
-        self,
-        surface: &Surface,
-        normal: DVec3,
-        points: impl Iterator<Item = (DVec3, f64)>,
-    ) -> Self {
-        let curvature = PlacedForms::at(&self, surface, normal, points).tensor(None);
-        ContactSide { curvature, ..self }
     }
 
     /// The same side, if contacts cannot move it.

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-use super::touched_form::{ContactScale, slope};
+use super::contact_scale::{ContactScale, slope};
 use crate::geometry::principal_curvature::outer;
 
 /// A corner in the tangent plane of a contact.

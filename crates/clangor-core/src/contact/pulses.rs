@@ -21,7 +21,7 @@ use super::contact_forces::{ForceSettings, contact_forces, recorded_contact_forc
 use super::contact_points::{contact_points, joined, spread};
 use super::contact_side::{ContactSide, inverse_mass};
 use super::hertz::HertzRange;
-use super::impact::Impact;
+use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::ImpactPulse;
 use super::impact_solver::{ImpactSolver, SolveReport};
 use super::modal_energy::{ModesOf, no_modes};
@@ -261,9 +261,7 @@ fn pulse(
     if total <= 0.0 {
         return Ok(Err(Silence::WithoutImpulse));
     }
-    let mean = rows.iter().map(|r| r.normal * r.impulse_n).sum::<DVec3>() / total;
-    let normal = if mean.length() > LEAST_MEAN_NORMAL { mean.normalize() } else { strongest.normal };
-    let point: DVec3 = rows.iter().map(|r| r.point * (r.impulse_n / total)).sum();
+    let (point, normal) = mean_place(rows, total, strongest.normal);
     // The two sides.
     let side = |i: usize| match pair[i] {
         Some(body) => {
@@ -281,22 +279,15 @@ fn pulse(
     };
     let relative = |place: DVec3| velocity_of(0, place).zip(velocity_of(1, place)).map(|(a, b)| a - b);
     let sides = [side(0), side(1)];
-    let size = sides[0].bounding_radius.min(sides[1].bounding_radius);
     // Their curvatures at the scale of the contact, at its strongest point.
     let one = Touch {
         surfaces: pair.map(|body| body.map(|body| &*body.surface)),
         normal,
         place: strongest.point,
         speed,
-        spread: Spread::single(size),
+        spread: Spread::single(sides[0].bounding_radius.min(sides[1].bounding_radius)),
     };
-    let mut touched = touching(sides, &one);
-    let mut points = contact_points(rows, time, size, relative);
-    if let (true, Some(approach)) = (points.len() > 1, one.largest_approach(&touched)) {
-        points = joined(points, &touched, approach);
-        touched = touching(sides, &Touch { spread: spread(&points, size, approach), ..one });
-    }
-    let sides = touched;
+    let (points, sides) = touched_points(rows, sides, &one, relative);
     let coefficients = match pair {
         [Some(a), Some(b)] => PairCoefficients::of(&a.material, &b.material),
         [Some(one), None] | [None, Some(one)] => PairCoefficients::of(&one.material, &one.material),
@@ -311,7 +302,7 @@ fn pulse(
         speed,
         restitution: coefficients.restitution.at(speed),
         friction: coefficients.friction,
-        points: points.into_iter().map(|placed| placed.point).collect(),
+        points,
     };
     let forces = &settings.forces;
     let own = if forces.allows_histories() { recorded.of(&impact) } else { None };
@@ -321,4 +312,30 @@ fn pulse(
     };
     let velocity_before = relative(point);
     Ok(Ok(pulses.into_iter().map(|pulse| ImpactPulse { velocity_before, ..pulse }).collect()))
+}
+
+/// Mean point and normal of rows with this sum of normal impulses, weighted by them; `strongest` is the
+/// normal where they cancel.
+fn mean_place(rows: &[ContactRow], total: f64, strongest: DVec3) -> (DVec3, DVec3) {
+    let mean = rows.iter().map(|r| r.normal * r.impulse_n).sum::<DVec3>() / total;
+    let normal = if mean.length() > LEAST_MEAN_NORMAL { mean.normalize() } else { strongest };
+    (rows.iter().map(|r| r.point * (r.impulse_n / total)).sum(), normal)
+}
+
+/// The points of an impact whose sides touch at `one` place, each elastic contact once, and the sides with
+/// the curvatures that they have there. `velocity_before` is that of [`contact_points`].
+fn touched_points(
+    rows: &[ContactRow],
+    sides: [ContactSide; 2],
+    one: &Touch<'_>,
+    velocity_before: impl Fn(DVec3) -> Option<DVec3>,
+) -> (Vec<ContactPoint>, [ContactSide; 2]) {
+    let size = one.spread.reach;
+    let mut touched = touching(sides, one);
+    let mut points = contact_points(rows, size, velocity_before);
+    if let (true, Some(approach)) = (points.len() > 1, one.largest_approach(&touched)) {
+        points = joined(points, &touched, approach);
+        touched = touching(sides, &Touch { spread: spread(&points, size, approach), ..*one });
+    }
+    (points.into_iter().map(|placed| placed.point).collect(), touched)
 }

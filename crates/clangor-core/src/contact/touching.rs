@@ -15,10 +15,11 @@
 
 use glam::{DMat3, DVec3};
 
+use super::contact_scale::ContactScale;
 use super::contact_side::ContactSide;
 use super::hertz::HertzContact;
 use super::relative_curvature::RelativeCurvature;
-use super::touched_form::{ContactScale, TouchedForm};
+use super::touched_form::TouchedForm;
 use crate::body::Surface;
 
 /// Where two bodies touch, and how fast they meet.
@@ -114,6 +115,22 @@ pub fn touching(sides: [ContactSide; 2], touch: &Touch<'_>) -> [ContactSide; 2] 
         }
     }
     settled
+}
+
+impl ContactSide {
+    /// The same side with the curvature of `surface` at contact points [m, world] under a light load: the
+    /// mean of the tensors with these weights, which sum to 1. `normal` is the unit normal of the contact
+    /// \[world\], either way. [`touching`] has those of an impact.
+    #[must_use]
+    pub fn touched_at(
+        self,
+        surface: &Surface,
+        normal: DVec3,
+        points: impl Iterator<Item = (DVec3, f64)>,
+    ) -> Self {
+        let curvature = PlacedForms::at(&self, surface, normal, points).tensor(None);
+        ContactSide { curvature, ..self }
+    }
 }
 
 /// The forms of one body at the places of a contact.

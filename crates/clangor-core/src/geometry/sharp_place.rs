@@ -16,7 +16,6 @@
 
 use glam::DVec3;
 
-use super::surface_tree::NearestPoint;
 use super::tri_mesh::TriMesh;
 
 /// Cosine of the angle between the normals of two triangles below which their edge is a crease: 53°.
@@ -62,34 +61,32 @@ pub(super) struct JoinedMesh<'a> {
 type Wedge = (usize, usize);
 
 impl JoinedMesh<'_> {
-    /// The crease or corner within `tolerance` \[m\] of a point of the surface; `None` where the surface is
+    /// The crease or corner within `tolerance` \[m\] of a position on a triangle; `None` where the surface is
     /// smooth there.
-    pub(super) fn sharp_place(self, at: &NearestPoint, tolerance: f64) -> Option<SharpPlace> {
-        let corners = self.mesh.corners(at.triangle);
-        let near = |k: &usize| corners[*k].distance(at.position) <= tolerance;
+    pub(super) fn sharp_place(self, triangle: usize, position: DVec3, tolerance: f64) -> Option<SharpPlace> {
+        let corners = self.mesh.corners(triangle);
+        let near = |k: &usize| corners[*k].distance(position) <= tolerance;
         let nearest_corner = (0..3).filter(near).min_by(|a, b| {
-            let distance = |k: usize| corners[k].distance(at.position);
+            let distance = |k: usize| corners[k].distance(position);
             distance(*a).total_cmp(&distance(*b))
         });
         if let Some(k) = nearest_corner {
-            match self.vertex((at.triangle, k)) {
+            match self.vertex((triangle, k)) {
                 VertexPlace::Smooth => {}
-                VertexPlace::Line { ends } => return self.crease_at(ends, at.position),
+                VertexPlace::Line { ends } => return self.crease_at(ends, position),
                 VertexPlace::Corner { faces } => return Some(SharpPlace::Corner { faces }),
             }
         }
         // The nearest convex crease among the edges of the triangle.
         let height = |slot: usize| {
             let along = corners[(slot + 1) % 3] - corners[slot];
-            (at.position - corners[slot]).reject_from(along).length()
+            (position - corners[slot]).reject_from(along).length()
         };
         let creases = (0..3).filter(|slot| {
-            height(*slot) <= tolerance
-                && self.is_crease(at.triangle, *slot)
-                && self.is_convex(at.triangle, *slot)
+            height(*slot) <= tolerance && self.is_crease(triangle, *slot) && self.is_convex(triangle, *slot)
         });
         let slot = creases.min_by(|a, b| height(*a).total_cmp(&height(*b)))?;
-        self.crease_of(at.triangle, slot, at.position)
+        self.crease_of(triangle, slot, position)
     }
 
     /// The outward unit normal of a triangle; 0 for one without area.

@@ -224,7 +224,7 @@ impl SurfaceTree {
     /// The crease or corner within `tolerance` \[m\] of a point of the surface; `None` where it is smooth,
     /// and for a surface that is not closed.
     pub fn sharp_place(&self, mesh: &TriMesh, nearest: &NearestPoint, tolerance: f64) -> Option<SharpPlace> {
-        self.joined(mesh)?.sharp_place(nearest, tolerance)
+        self.joined(mesh)?.sharp_place(nearest.triangle, nearest.position, tolerance)
     }
 
     /// The mesh with the neighbours of its triangles; `None` for a surface that is not closed.

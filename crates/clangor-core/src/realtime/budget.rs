@@ -22,7 +22,7 @@ pub struct Budget {
 impl Default for Budget {
     /// Little more than half of one core of a desktop processor, at worst.
     fn default() -> Self {
-        Budget { waves: 100, impacts: 16, mode_paths: 12_000, transfers: 100_000 }
+        Budget { waves: 100, impacts: 32, mode_paths: 12_000, transfers: 100_000 }
     }
 }
 

@@ -9,13 +9,15 @@
 //! | `t` | `t` | required \[s\] |
 //! | `body_a` | `body_a` | required |
 //! | `body_b` | `body_b` | the immovable `world` |
-//! | `kind` | `kind` | `impact`; or `contact`, `constraint`, `fracture`, `sleep`, or their numbers in a timeline |
+//! | `kind` | `kind` | `impact`; or `contact`, `constraint`, `fracture`, `sleep`, or their numbers in a
+//! timeline |
 //! | `point_x` `_y` `_z` | `point` | required \[m\] |
 //! | `normal_x` `_y` `_z` | `normal` | required, from B to A; made a unit vector |
 //! | `impulse_n` | `impulse_n` | required \[N s\] |
 //! | `impulse_t_x` `_y` `_z` | `impulse_t` | 0 |
 //! | `couple_x` `_y` `_z` | `couple` | 0 |
-//! | `velocity_x` `_y` `_z`, or `speed` | `velocity`, or `speed` | required: relative velocity of A before, or the speed of approach \[m/s\] |
+//! | `velocity_x` `_y` `_z`, or `speed` | `velocity`, or `speed` | required: relative velocity of A before,
+//! or the speed of approach \[m/s\] |
 //! | `depth` | `depth` | 0 |
 //! | `impact_id` | `impact_id` | a number of its own for each impact, 0 for other kinds |
 //!

@@ -6,9 +6,10 @@
 //!
 //! The gradient at a point is the relative velocity that is not yet explained there, the second derivative
 //! its 3 × 3 inverse mass K: block coordinate descent, which is the sequential impulses of a solver with the
-//! jumps as its right side (Catto 2005). Points join one by one, each that explains most of what is left, until
-//! none explains more than half a percent: an impact at one place has one point, however many samples of the
-//! surfaces lie near it. As the energy is convex, that is within the same share of the best fit. Bodies that nothing moves take impulses and explain nothing.
+//! jumps as its right side (Catto 2005). Points join one by one, each that explains most of what is left,
+//! until none explains more than half a percent: an impact at one place has one point, however many samples
+//! of the surfaces lie near it. As the energy is convex, that is within the same share of the best fit.
+//! Bodies that nothing moves take impulses and explain nothing.
 
 use glam::{DMat3, DVec3};
 

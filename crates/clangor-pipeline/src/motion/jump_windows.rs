@@ -24,8 +24,8 @@ use super::kinematics::{Jump, Kinematics};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
-/// Frames on both sides that have the same force as a frame of lasting contact, the largest ratio of their jumps,
-/// and the longest time of these frames \[s\].
+/// Frames on both sides that have the same force as a frame of lasting contact, the largest ratio of their
+/// jumps, and the longest time of these frames \[s\].
 const ALIKE: usize = 2;
 const ALIKE_SIZE: f64 = 2.0;
 const LASTING: f64 = 0.01;
@@ -265,8 +265,8 @@ fn hits(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<bool> {
     (0..jumps.len()).map(|k| is_hit(k) && !is_lasting(jumps, k)).collect()
 }
 
-/// Whether a jump is one of five in a row that are alike, within 10 ms: a force that lasts, as under a body that
-/// rolls or spins. An impact at this rate is over within two frames.
+/// Whether a jump is one of five in a row that are alike, within 10 ms: a force that lasts, as under a body
+/// that rolls or spins. An impact at this rate is over within two frames.
 fn is_lasting(jumps: &[Jump], k: usize) -> bool {
     let Some(around) = k.checked_sub(ALIKE).and_then(|first| jumps.get(first..=k + ALIKE)) else {
         return false;

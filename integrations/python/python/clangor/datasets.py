@@ -64,7 +64,8 @@ def dataset(
 ) -> Dataset:
     """A data set of a recipe: a path (`.toml`, or a table), a mapping, or its keys as keywords.
 
-    Paths in a mapping are relative to `folder`. The keys are those of `docs/format/dataset.md`; with a path, only
+    Paths in a mapping are relative to `folder`. The keys are those of
+    `docs/format/dataset.md`; with a path, only
     `seed` may be given. `quality`, `max_frequency` and `cache` are those of `strike`.
     """
     description: dict[str, Any] = {"quality": quality, "max_frequency": max_frequency}

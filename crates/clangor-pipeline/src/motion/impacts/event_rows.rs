@@ -124,7 +124,8 @@ impl Push {
 }
 
 impl Scene<'_> {
-    /// Approach speed of two bodies that an impulse drives apart with the restitution of their materials [m/s].
+    /// Approach speed of two bodies that an impulse drives apart with the restitution of their materials
+    /// [m/s].
     fn approach_of(&self, push: &Push, pair: [&Member; 2]) -> f64 {
         let inverse_mass = |member: &Member| {
             let FitBody { inverse_mass, inverse_inertia, centre, .. } = member.fit;

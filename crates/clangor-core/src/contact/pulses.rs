@@ -255,12 +255,10 @@ fn pulse(
     // Mean normal and mean point, weighted by normal impulse. Of impulses that cancel, as those of a couple,
     // the strongest gives the normal.
     let total: f64 = rows.iter().map(|r| r.impulse_n).sum();
-    let Some(strongest) = rows.iter().max_by(|a, b| a.impulse_n.total_cmp(&b.impulse_n)) else {
+    let strongest = rows.iter().max_by(|a, b| a.impulse_n.total_cmp(&b.impulse_n));
+    let Some(strongest) = strongest.filter(|_| total > 0.0) else {
         return Ok(Err(Silence::WithoutImpulse));
     };
-    if total <= 0.0 {
-        return Ok(Err(Silence::WithoutImpulse));
-    }
     let (point, normal) = mean_place(rows, total, strongest.normal);
     // The two sides.
     let side = |i: usize| match pair[i] {
@@ -278,7 +276,7 @@ fn pulse(
         _ => Some(DVec3::ZERO),
     };
     let relative = |place: DVec3| velocity_of(0, place).zip(velocity_of(1, place)).map(|(a, b)| a - b);
-    let sides = [side(0), side(1)];
+    let sides = [0, 1].map(side);
     // Their curvatures at the scale of the contact, at its strongest point.
     let one = Touch {
         surfaces: pair.map(|body| body.map(|body| &*body.surface)),

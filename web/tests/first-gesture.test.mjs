@@ -89,9 +89,12 @@ async function tryFirst(scene, name) {
   await page.close();
 }
 
-for (const name of Object.keys(GESTURES)) {
+// Each scene with one of the gestures, or with EVERY_GESTURE=1 with all of them.
+const names = Object.keys(GESTURES);
+for (const [turn, name] of names.entries()) {
+  const scenes = SCENES.filter((_, index) => process.env.EVERY_GESTURE || index % names.length === turn);
   test(`the first gesture is heard and logged: ${name}`, async () => {
-    for (const scene of SCENES) await tryFirst(scene, name);
+    for (const scene of scenes) await tryFirst(scene, name);
   });
 }
 

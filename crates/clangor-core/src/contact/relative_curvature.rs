@@ -10,7 +10,7 @@
 //!   of a body is at least its [`edge_radius`](crate::body::Body::edge_radius);
 //! * flat on flat and a cylinder on a plane have no curvature in two directions or in one, and surfaces may
 //!   bend towards each other, so the curvatures are at least 2 d/L², with which the contact is as wide as the
-//!   smaller body ([`touching`](super::touching)). [`HertzRange`] says so.
+//!   smaller body ([`touching`](mod@super::touching)). [`HertzRange`] says so.
 
 use glam::{DMat3, DVec3};
 

@@ -1,7 +1,7 @@
 //! The sides of a contact at the scale of its own largest approach.
 //!
 //! Edges, corners and flat faces have no one curvature: how wide they are touched depends on the approach
-//! ([`touched_form`](super::touched_form)), and the approach on the stiffness, so on the width:
+//! (`touched_form`), and the approach on the stiffness, so on the width:
 //!
 //! ```text
 //! d = d_m(k(d))      d_m = (5 m V²/(4 k))^{2/5}

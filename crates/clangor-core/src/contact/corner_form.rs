@@ -38,6 +38,8 @@ const CLOSER: i32 = 10;
 /// edge of the corner.
 const ON_EDGE: f64 = 1e-9;
 
+/// Most faces of a corner: more, as of a cone, differ little.
+const MOST_FACES: usize = 16;
 /// Least cosine between the normals of triangles of one face: 6°.
 const ONE_FACE: f64 = 0.9945;
 
@@ -105,16 +107,13 @@ impl CornerForm {
     }
 }
 
-/// The faces without those that hardly differ from the one before, as the triangles of one face.
+/// The faces without those that hardly differ from another one, as the triangles of one face.
 fn distinct(faces: &[DVec3]) -> Vec<DVec3> {
     let mut kept: Vec<DVec3> = Vec::with_capacity(faces.len());
     for face in faces {
-        if kept.last().is_none_or(|last| last.dot(*face) < ONE_FACE) {
+        if kept.len() < MOST_FACES && kept.iter().all(|other| other.dot(*face) < ONE_FACE) {
             kept.push(*face);
         }
-    }
-    if kept.len() > 1 && kept[0].dot(kept[kept.len() - 1]) >= ONE_FACE {
-        kept.pop();
     }
     kept
 }

@@ -24,6 +24,8 @@ const CREASE_COSINE: f64 = 0.6;
 const LINE_COSINE: f64 = 0.6;
 /// Cosine of the angle between a triangle and the normal of a vertex below which the vertex is sharp: 30°.
 const SMOOTH_COSINE: f64 = 0.866;
+/// Most triangles around a vertex that are looked at.
+const MOST_AROUND: usize = 64;
 /// Edges along a crease on each side from which its curvature is found.
 const MOST_EDGES: usize = 8;
 /// Least cosine between the first edge of a crease and the chord from there that still shows its curvature:
@@ -113,7 +115,7 @@ impl JoinedMesh<'_> {
         let mut ring = vec![(triangle, corner)];
         let mut at = (triangle, corner);
         while let Some(next) = self.across(at) {
-            if next == (triangle, corner) || ring.len() > self.mesh.triangles.len() {
+            if next == (triangle, corner) || ring.len() >= MOST_AROUND {
                 break;
             }
             ring.push(next);

@@ -53,7 +53,7 @@ const AUDIBLE_SHARE: f64 = 1e-8;
 /// Time without a force after which another hit is another impact \[s\]: timelines merge what is nearer.
 const LONGEST_FLIGHT: f64 = 0.5e-3;
 /// Most steps of a solve.
-pub(super) const MAX_STEPS: usize = 65_536;
+const MAX_STEPS: usize = 16_384;
 
 /// Counts of impacts by how their forces came about.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -40,6 +40,7 @@ pub mod pose_history;
 pub mod pulses;
 pub mod recorded_forces;
 pub mod relative_curvature;
+mod relative_motion;
 mod row_checks;
 mod touched_form;
 pub mod touching;

@@ -15,11 +15,11 @@ use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::motion_fits::{MotionFits, doubt};
+use super::motion_fits::{CHOSEN_AGAIN, MotionFits, doubt, peaks_between};
 use super::{BakeError, BakeProgress, Resumption, SolvedFrequency};
 use crate::fitting::comparison::directions;
 use crate::fitting::rational::{
-    FunctionSample, NestedFits, RationalFit, error_at, fit_nested, poles, residues,
+    FunctionSample, NestedFits, RationalFit, error_at, fit_from, fit_nested, poles, residues,
 };
 use crate::radiation::{RadiationSample, RadiationSolver};
 
@@ -61,6 +61,8 @@ pub(super) struct FittedBand {
     pub(super) ring_time: f64,
 }
 
+/// Most fits after the first one of all motions together.
+const MOST_REFITS: usize = 4;
 /// Samples from which on motions are also fitted by themselves.
 const MANY: usize = 40;
 
@@ -100,28 +102,37 @@ pub(super) fn solve_band(
         let by_motion = last_motions.as_ref().map_or(f64::INFINITY, |fits| worst(&|t| fits.error_at(t)));
         // Rational fit of all samples, and of each motion where there are many.
         functions.extend(tested);
-        let now = fit_nested(&functions, tolerance, functions.len());
+        let now =
+            fit_from(&functions, known_nodes(last.as_ref(), functions.len()), tolerance, functions.len());
         let used_up = functions.len() + TESTS > band.most_solves;
         // Accept once a held-out error meets the tolerance or the solves are used up.
         if last.is_some() && (held_out <= band.tolerance || used_up && held_out <= by_motion) {
-            let ring_time = ring_time(&functions, &now.best, band.highest);
+            let fit = fit_nested(&functions, tolerance, functions.len()).best;
+            let ring_time = ring_time(&functions, &fit, band.highest);
             let order = ascending(&functions);
             let solves = samples.len();
-            let fit = renumbered(now.best, &order);
+            let fit = renumbered(fit, &order);
             return Ok(FittedBand { samples: reordered(samples, &order), fit, solves, held_out, ring_time });
         }
-        let motions = (functions.len() >= MANY).then(|| MotionFits::new(&functions, tolerance));
+        let motions =
+            (functions.len() >= MANY).then(|| MotionFits::new(&functions, tolerance, last_motions.as_ref()));
         if let Some(fits) = motions.as_ref().filter(|_| by_motion <= band.tolerance || used_up) {
             return Ok(common_fit(fits, &samples, (radius, band.highest, tolerance), by_motion));
         }
         // Next test frequencies: where the fits are least certain.
-        pending = least_certain(&functions, &|s| match &motions {
-            Some(fits) => fits.doubt(s),
-            None => doubt(&functions, &now, s),
-        });
+        pending = match &motions {
+            Some(fits) => least_certain(&functions, TESTS_OF_MANY, &|s| fits.doubt(s)),
+            None => least_certain(&functions, TESTS, &|s| doubt(&functions, &now, s)),
+        };
         last = Some(now);
         last_motions = motions;
     }
+}
+
+/// Nodes of the fit to the samples before, from which that to so many starts.
+fn known_nodes(last: Option<&NestedFits>, samples: usize) -> &[usize] {
+    let support = last.filter(|_| samples >= MANY).map_or(&[][..], |fits| &fits.best.support);
+    &support[..support.len().saturating_sub(CHOSEN_AGAIN)]
 }
 
 /// Initial κ: uniform, two near zero, and those above the highest.
@@ -144,8 +155,25 @@ fn common_fit(
     held_out: f64,
 ) -> FittedBand {
     let mut samples = motions.resampled(solved, radius);
-    let functions: Vec<FunctionSample> = samples.par_iter().map(|s| functions_of(s, radius)).collect();
-    let fit = fit_nested(&functions, tolerance, functions.len()).best;
+    let mut functions: Vec<FunctionSample> = samples.par_iter().map(|s| functions_of(s, radius)).collect();
+    let mut fit = fit_nested(&functions, tolerance, functions.len()).best;
+    // Its own poles between the samples made are tested by samples there.
+    for _ in 0..MOST_REFITS {
+        let added: Vec<RadiationSample> = peaks_between(&functions, &fit, tolerance)
+            .into_iter()
+            .map(|kappa| motions.sample_at(kappa, solved, radius))
+            .filter(|sample| {
+                let at = functions_of(sample, radius);
+                error_at(&functions, &fit.support, &fit.nodes, &at) > tolerance
+            })
+            .collect();
+        if added.is_empty() {
+            break;
+        }
+        functions.extend(added.iter().map(|sample| functions_of(sample, radius)));
+        samples.extend(added);
+        fit = fit_nested(&functions, tolerance, functions.len()).best;
+    }
     for i in &fit.support {
         motions.add_surface(&mut samples[*i], solved, radius);
     }
@@ -194,9 +222,15 @@ impl<'s, 'k> Solved<'s, 'k> {
 const BATCH: usize = 8;
 /// Frequencies of a test.
 const TESTS: usize = 4;
+/// The same where motions are fitted by themselves: as many as a solver shares work between.
+const TESTS_OF_MANY: usize = BATCH;
 
-/// κ of the midpoints between samples with the largest `doubt`, at most [`TESTS`].
-fn least_certain(functions: &[FunctionSample], doubt: &(dyn Fn(Complex64) -> f64 + Sync)) -> Vec<f64> {
+/// κ of the midpoints between samples with the largest `doubt`, at `most` so many.
+fn least_certain(
+    functions: &[FunctionSample],
+    most: usize,
+    doubt: &(dyn Fn(Complex64) -> f64 + Sync),
+) -> Vec<f64> {
     let mut kappas: Vec<f64> = functions.iter().map(|f| f.s.im).collect();
     kappas.sort_by(f64::total_cmp);
     let mut gaps: Vec<(f64, f64)> = kappas
@@ -209,7 +243,7 @@ fn least_certain(functions: &[FunctionSample], doubt: &(dyn Fn(Complex64) -> f64
         })
         .collect();
     gaps.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut chosen: Vec<f64> = gaps.iter().take(TESTS).map(|g| g.1).collect();
+    let mut chosen: Vec<f64> = gaps.iter().take(most).map(|g| g.1).collect();
     chosen.sort_by(f64::total_cmp);
     chosen
 }

@@ -15,11 +15,15 @@
 use clangor_core::sound_model::acceleration::field::{Node, RIGID_DOFS};
 use num_complex::Complex64;
 
-use crate::fitting::rational::{FunctionSample, NestedFits, RationalFit, error_at, fit_nested, predict};
+use crate::fitting::rational::{
+    FunctionSample, NestedFits, RationalFit, error_at, fit_from, poles, predict, residues,
+};
 use crate::radiation::RadiationSample;
 
 /// Samples made for each node of the densest motion.
 const PER_NODE: usize = 5;
+/// Nodes of an earlier fit, the last ones, that a fit to more samples chooses again.
+pub(super) const CHOSEN_AGAIN: usize = 4;
 
 /// The fit of each motion, and the functions that it was fitted to.
 pub(super) struct MotionFits {
@@ -28,11 +32,17 @@ pub(super) struct MotionFits {
 }
 
 impl MotionFits {
-    /// Fits each motion with the fewest nodes that reach `tolerance`.
-    pub(super) fn new(functions: &[FunctionSample], tolerance: f64) -> Self {
+    /// Fits each motion with the fewest nodes that reach `tolerance`, from most of the nodes `before` on, of
+    /// fits to the first of these functions.
+    pub(super) fn new(functions: &[FunctionSample], tolerance: f64, before: Option<&MotionFits>) -> Self {
         let functions: Vec<Vec<FunctionSample>> =
             (0..RIGID_DOFS).map(|d| functions.iter().map(|f| of_motion(f, d)).collect()).collect();
-        let fits = functions.iter().map(|own| fit_nested(own, tolerance, own.len())).collect();
+        let from = |d: usize| {
+            let known = before.map_or(&[][..], |before| &before.fits[d].best.support);
+            &known[..known.len().saturating_sub(CHOSEN_AGAIN)]
+        };
+        let fit = |(d, own): (usize, &Vec<FunctionSample>)| fit_from(own, from(d), tolerance, own.len());
+        let fits = functions.iter().enumerate().map(fit).collect();
         MotionFits { functions, fits }
     }
 
@@ -60,20 +70,27 @@ impl MotionFits {
         let mut all = samples.to_vec();
         for i in 0..PER_NODE * nodes {
             let kappa = (i as f64 + 0.5) * step;
-            let distance = |n: &usize| (kappas[*n] - kappa).abs();
-            let nearest = (0..kappas.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
             // Next to a sample there is nothing new.
-            let Some(nearest) = nearest.filter(|n| distance(n) > 0.2 * step) else { continue };
-            // As far off the real axis as the nearest solution.
-            let wavenumber = Complex64::new(kappa / radius, samples[nearest].wavenumber.im);
-            let coefficients = std::array::from_fn(|d| {
-                let shares = self.shares(d, Complex64::I * wavenumber * radius);
-                let count = samples[nearest].coefficients[d].len();
-                (0..count).map(|c| shares.sum(|i| samples[i].coefficients[d][c])).collect()
-            });
-            all.push(RadiationSample { wavenumber, coefficients, surface_pressure: Vec::new() });
+            if kappas.iter().all(|at| (at - kappa).abs() > 0.2 * step) {
+                all.push(self.sample_at(kappa, samples, radius));
+            }
         }
         all
+    }
+
+    /// Multipoles at κ, from the solved `samples` as [`resampled`](Self::resampled) has them.
+    pub(super) fn sample_at(&self, kappa: f64, samples: &[RadiationSample], radius: f64) -> RadiationSample {
+        let distance = |sample: &RadiationSample| (sample.wavenumber.re * radius - kappa).abs();
+        let nearest = samples.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        // As far off the real axis as the nearest solution.
+        let off = nearest.map_or(0.0, |sample| sample.wavenumber.im);
+        let count = nearest.map_or(0, |sample| sample.coefficients[0].len());
+        let wavenumber = Complex64::new(kappa / radius, off);
+        let coefficients = std::array::from_fn(|d| {
+            let shares = self.shares(d, Complex64::I * wavenumber * radius);
+            (0..count).map(|c| shares.sum(|i| samples[i].coefficients[d][c])).collect()
+        });
+        RadiationSample { wavenumber, coefficients, surface_pressure: Vec::new() }
     }
 
     /// Adds the surface pressures to a sample that lacks them.
@@ -138,6 +155,25 @@ pub(super) fn doubt(functions: &[FunctionSample], fits: &NestedFits, s: Complex6
     error_at(functions, &fewer.support, &fewer.nodes, &at)
 }
 
+/// Im s of the poles of a fit that change its values by more than `least` where no sample is near: narrow
+/// resonances, or none at all.
+pub(super) fn peaks_between(functions: &[FunctionSample], fit: &RationalFit, least: f64) -> Vec<f64> {
+    let is_between = |pole: &Complex64| {
+        let distance = |f: &FunctionSample| (f.s - Complex64::new(f.s.re, pole.im)).norm();
+        let near = functions.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        near.is_some_and(|near| {
+            let (away, width) = (distance(near), (pole.re - near.s.re).abs());
+            // A sample within the half width has seen it.
+            let sizes =
+                || residues(functions, &fit.support, &fit.nodes, *pole).into_iter().zip(&near.weights);
+            away > width && sizes().map(|(r, w)| r * w).fold(0.0, f64::max) > least * width
+        })
+    };
+    let range = functions.iter().fold([f64::INFINITY, 0.0_f64], |[a, b], f| [a.min(f.s.im), b.max(f.s.im)]);
+    let within = |pole: &Complex64| range[0] < pole.im && pole.im < range[1];
+    poles(&fit.nodes).into_iter().filter(within).filter(is_between).map(|pole| pole.im).collect()
+}
+
 /// The functions of one motion: of each sphere its share.
 fn of_motion(functions: &FunctionSample, motion: usize) -> FunctionSample {
     let group = functions.group;
@@ -148,5 +184,31 @@ fn of_motion(functions: &FunctionSample, motion: usize) -> FunctionSample {
         values: chosen.iter().map(|k| functions.values[*k]).collect(),
         weights: chosen.iter().map(|k| functions.weights[*k]).collect(),
         group,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fitting::rational::fit_nested;
+
+    #[test]
+    fn a_narrow_resonance_between_samples_is_a_peak_until_one_lies_on_it() {
+        let pole = Complex64::new(-0.002, 1.07);
+        let sample = |kappa: f64| {
+            let s = Complex64::new(0.0, kappa);
+            let value = |a: Complex64| a / (s - pole) + a.conj() / (s - pole.conj()) + 1.0 / (s + 1.0);
+            let values = [Complex64::ONE, Complex64::I].map(value).to_vec();
+            FunctionSample { s, values, weights: vec![1.0; 2], group: 1 }
+        };
+        let mut samples: Vec<FunctionSample> = (0..8).map(|k| sample(0.1 + 0.3 * f64::from(k))).collect();
+        let peaks = |samples: &[FunctionSample]| {
+            peaks_between(samples, &fit_nested(samples, 1e-9, samples.len()).best, 0.01)
+        };
+        let found = peaks(&samples);
+        // Residual seen: 1e-9.
+        assert!(found.len() == 1 && (found[0] - pole.im).abs() < 1e-6, "{found:?}");
+        samples.push(sample(1.071));
+        assert_eq!(peaks(&samples), []);
     }
 }

@@ -63,6 +63,12 @@ pub fn fit(samples: &[FunctionSample], tolerance: f64, most: usize) -> RationalF
 
 /// As [`fit`], together with the fit that the steps before it had reached.
 pub fn fit_nested(samples: &[FunctionSample], tolerance: f64, most: usize) -> NestedFits {
+    fit_from(samples, &[], tolerance, most)
+}
+
+/// As [`fit_nested`], with these samples for the first nodes: those of a fit to fewer samples save the steps
+/// up to them.
+pub fn fit_from(samples: &[FunctionSample], first: &[usize], tolerance: f64, most: usize) -> NestedFits {
     let most = most.min(samples.len().saturating_sub(1)).max(1);
     let mut best = RationalFit { support: Vec::new(), nodes: Vec::new(), error: f64::INFINITY };
     let mut fewer = best.clone();
@@ -70,7 +76,11 @@ pub fn fit_nested(samples: &[FunctionSample], tolerance: f64, most: usize) -> Ne
         return NestedFits { best, fewer };
     }
     let mut matrix = LoewnerMatrix::new(samples);
-    let mut next = loudest(samples);
+    let (mut next, before) = match first.split_last() {
+        Some((last, before)) => (*last, before),
+        None => (loudest(samples), first),
+    };
+    before.iter().take(most - 1).for_each(|node| matrix.push(*node));
     while matrix.nodes().len() < most {
         matrix.push(next);
         let weights = least_residual(&matrix);
@@ -85,10 +95,10 @@ pub fn fit_nested(samples: &[FunctionSample], tolerance: f64, most: usize) -> Ne
                 (error, next) = (here, i);
             }
         }
-        let first = best.nodes.is_empty();
-        if first || error < best.error {
+        let none = best.nodes.is_empty();
+        if none || error < best.error {
             let found = RationalFit { support: matrix.nodes().to_vec(), nodes, error };
-            fewer = if first { found.clone() } else { best };
+            fewer = if none { found.clone() } else { best };
             best = found;
         }
         if error <= tolerance {
@@ -277,6 +287,7 @@ mod tests {
             let NestedFits { best, fewer } = fit_nested(&samples, 0.0, most);
             assert!(fewer.nodes.len() <= best.nodes.len() && fewer.error >= best.error);
             assert_eq!(fewer, fit(&samples, 0.0, best.nodes.len().saturating_sub(1).max(1)));
+            assert_eq!(fit_from(&samples, &best.support, 0.0, best.nodes.len()).best, best);
             let nodes: Vec<Node> = weights_by_definition(&samples, &best.support)
                 .into_iter()
                 .zip(&best.support)

@@ -23,7 +23,8 @@
 //! their shape and are scaled to the sum of the normal impulses, by s = (1 + e recorded)/(1 + e solved) where
 //! the solve has the restitution e. On the modes s counts at most 2 (6 dB). Several points share the sum as
 //! the solve has it: which of them touches first, and what each gets, is an accident of rigid bodies that
-//! land almost flat. The recorded friction keeps its impulse; an impact without any has none in the solve.
+//! land almost flat. Velocities of points that are no rigid motion are replaced by [the nearest
+//! one](super::relative_motion). The recorded friction keeps its impulse; an impact without any has none in the solve.
 //!
 //! Not covered: more than two bodies, loads of standing contacts, gravity during the impact.
 
@@ -39,6 +40,7 @@ use super::hertz::HertzContact;
 use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::ImpactPulse;
 use super::modal_energy::ModesAtContact;
+use super::relative_motion::rigid_velocities;
 use super::vibrating_member::{RingingBodies, VibratingMember, modal_poles};
 
 /// Factor from a solved to a recorded impulse above which the contact of the solve hardly closed: there is no
@@ -190,8 +192,9 @@ impl ImpactSolver {
             VibratingMember::new(&impact.sides[side], input.modes[side], &normals, ringing)
         });
         let members = bodies.each_ref().map(|body| body.member.clone());
-        let contacts: Vec<MemberContact> =
-            (0..impact.points.len()).map(|at| member_contact(input, at, &bodies)).collect();
+        let velocities = rigid_velocities(&impact.points);
+        let at_velocity = |(at, velocity): (usize, &DVec3)| member_contact(input, (at, *velocity), &bodies);
+        let contacts: Vec<MemberContact> = velocities.iter().enumerate().map(at_velocity).collect();
         self.system.replace(&members, &contacts).ok()?;
         // Steps: a part of the first duration, and short enough for the band.
         let first = self.system.first_duration()?;
@@ -236,8 +239,12 @@ fn rubs(impact: &Impact) -> bool {
 /// Share of the tangential impulses in all below which an impact counts as free of friction.
 const LEAST_FRICTION: f64 = 1e-6;
 
-/// A contact point of the impact, with the modes of both bodies there.
-fn member_contact(input: &SolveInput<'_>, at: usize, bodies: &[VibratingMember; 2]) -> MemberContact {
+/// A contact point of the impact with a velocity of A against B, and the modes of both bodies there.
+fn member_contact(
+    input: &SolveInput<'_>,
+    (at, velocity): (usize, DVec3),
+    bodies: &[VibratingMember; 2],
+) -> MemberContact {
     let impact = input.impact;
     let point = &impact.points[at];
     // The surfaces touch where the vibration has brought them: A moves along +n, B along −n opens it.
@@ -247,7 +254,7 @@ fn member_contact(input: &SolveInput<'_>, at: usize, bodies: &[VibratingMember; 
         members: [Some(0), Some(1)],
         point: point.place,
         normal: point.normal,
-        velocity: point.velocity,
+        velocity,
         law: ContactLaw::Hertz(HertzLaw {
             stiffness: input.contact.stiffness(),
             restitution_damping: restitution_damping(impact.restitution),

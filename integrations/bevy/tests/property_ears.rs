@@ -45,7 +45,7 @@ fn rendered(engine: &mut Engine) -> [Vec<f64>; 2] {
 fn at(centre: DVec3, right: DVec3) -> [Vec<f64>; 2] {
     let (mut controller, mut engine) = engine(&EngineSettings::default()).unwrap();
     controller.place_listener(centre, right).unwrap();
-    controller.send(impact().into()).unwrap();
+    controller.send(impact()).unwrap();
     rendered(&mut engine)
 }
 
@@ -75,7 +75,7 @@ fn ears_under_a_moving_parent_are_where_the_world_shows_them() {
     assert_eq!(app.world().resource::<Time<Physics>>().elapsed(), Duration::ZERO, "no step of the physics");
 
     let mut sound = app.world_mut().resource_mut::<Sound>();
-    sound.controller().send(impact().into()).unwrap();
+    sound.controller().send(impact()).unwrap();
     let heard = rendered(&mut engine);
     let exact = at(DVec3::new(1.6, 0.7, 0.9), -DVec3::Z);
     // Transforms of Bevy have single precision.

@@ -206,6 +206,7 @@ fn residual(plate: Plate, step: Duration) -> f64 {
         seconds: Some(SECONDS),
         medium: Medium::AIR,
         sphere_model: SphereModel::Exact,
+        room: None,
     };
     let offline = strike(&body, &source, Some(&modes), &impact).unwrap();
     let ringing = struck_ringing(&body, modes, &impact, &offline).unwrap();
@@ -245,6 +246,7 @@ fn square_plate() -> Plate {
         ModalMode {
             frequency: 700.0 + 1200.0 * f64::from(i),
             mesh_error: 0.0,
+            support_damping: 0.0,
             shape: (0..nodes.len()).map(|k| DVec3::Y * (1.5 + phase(k).sin())).collect(),
             transfer: Some(ModalTransfer {
                 order,

@@ -23,9 +23,9 @@
 //! their shape and are scaled to the sum of the normal impulses, by s = (1 + e recorded)/(1 + e solved)
 //! where the solve has the restitution e. On the modes s counts at most 2 (6 dB). Several points share the
 //! sum as the solve has it: which of them touches first, and what each gets, is an accident of rigid bodies
-//! that land almost flat. Velocities of points that are no rigid motion are replaced by [the nearest
-//! one](super::relative_motion). The recorded friction keeps its impulse; an impact without any has none in
-//! the solve.
+//! that land almost flat. Velocities of points that are no rigid motion are replaced by the nearest one
+//! (`relative_motion`). The recorded friction keeps its impulse; an impact without any has none in the
+//! solve.
 //!
 //! Not covered: more than two bodies, loads of standing contacts, gravity during the impact.
 

@@ -206,7 +206,6 @@ mod tests {
             peaks_between(samples, &fit_nested(samples, 1e-9, samples.len()).best, 0.01)
         };
         let found = peaks(&samples);
-        // Residual seen: 1e-9.
         assert!(found.len() == 1 && (found[0] - pole.im).abs() < 1e-6, "{found:?}");
         samples.push(sample(1.071));
         assert!(peaks(&samples).is_empty());

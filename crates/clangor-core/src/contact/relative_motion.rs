@@ -63,7 +63,6 @@ mod tests {
         let given = points(|p| DVec3::Y * (-1.0 + 400.0 * p.x * p.z), &corners);
         let rigid = rigid_velocities(&given);
         let flat = rigid[0] - rigid[1] + rigid[2] - rigid[3];
-        // Residual seen: 3e-17.
         assert!(flat.length() < 1e-14, "{rigid:?}");
         let (mean, own) = (rigid.iter().sum::<DVec3>(), given.iter().map(|p| p.velocity).sum::<DVec3>());
         assert!((mean - own).length() < 1e-14);

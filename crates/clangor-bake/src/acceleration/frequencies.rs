@@ -107,7 +107,10 @@ pub(super) fn solve_band(
         let used_up = functions.len() + TESTS > band.most_solves;
         // Accept once a held-out error meets the tolerance or the solves are used up.
         if last.is_some() && (held_out <= band.tolerance || used_up && held_out <= by_motion) {
-            let fit = fit_nested(&functions, tolerance, functions.len()).best;
+            // A fit that went on from another one may have more nodes than it needs.
+            let is_whole = functions.len() < MANY;
+            let fit =
+                if is_whole { now.best } else { fit_nested(&functions, tolerance, functions.len()).best };
             let ring_time = ring_time(&functions, &fit, band.highest);
             let order = ascending(&functions);
             let solves = samples.len();

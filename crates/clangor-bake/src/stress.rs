@@ -35,7 +35,7 @@ use contact_tractions::ContactTractions;
 pub use fracture_mesh::{FractureMeshError, fracture_mesh};
 use recovery::Recovery;
 pub use symmetric_tensor::SymmetricTensor;
-use unit_loads::UnitLoads;
+use unit_loads::{UnitLoads, UnitResponse};
 
 /// Relative distance of a midpoint from the middle of its edge above which the edge is curved.
 const STRAIGHT: f64 = 1e-6;
@@ -246,13 +246,18 @@ impl StressBody {
     /// # Errors
     /// [`ElastostaticsError::Load`].
     pub fn contact_forces(&self, loads: &[PointLoad]) -> Result<Vec<DVec3>, ElastostaticsError> {
-        let mut forces = vec![DVec3::ZERO; self.mesh.nodes.len()];
-        for (vertex, force) in self.vertex_forces(loads)? {
-            for (node, share) in self.loads.patch(vertex) {
-                forces[node as usize] += force * share;
+        Ok(self.node_forces(&self.vertex_forces(loads)?))
+    }
+
+    /// Forces on the nodes of forces on the patches of vertices \[N\].
+    fn node_forces(&self, forces: &[(usize, DVec3)]) -> Vec<DVec3> {
+        let mut all = vec![DVec3::ZERO; self.mesh.nodes.len()];
+        for (vertex, force) in forces {
+            for (node, share) in self.loads.patch(*vertex) {
+                all[*node as usize] += *force * *share;
             }
         }
-        Ok(forces)
+        all
     }
 
     /// Deformation under simultaneous contact forces.
@@ -316,16 +321,40 @@ impl StressBody {
     /// [`ElastostaticsError::Load`].
     pub fn maximum_tension(&mut self, loads: &[PointLoad]) -> Result<Tension, ElastostaticsError> {
         let forces = self.vertex_forces(loads)?;
-        if forces.len() > self.unit_loads.capacity() {
-            return Ok(self.solve(loads)?.maximum_tension());
+        self.maximum_tension_of(&forces)
+    }
+
+    fn maximum_tension_of(&mut self, forces: &[(usize, DVec3)]) -> Result<Tension, ElastostaticsError> {
+        if !self.store_missing(forces) {
+            return Ok(self.solve_forces(self.node_forces(forces))?.maximum_tension());
         }
-        self.unit_loads.touch(&forces);
+        let (corner, stress) = self.unit_loads.maximum(forces);
+        let (stress, direction) = stress.largest_with_direction();
+        Ok(Tension { stress, corner, direction })
+    }
+
+    /// E_S under contact forces \[J\], from stored columns. Missing columns are solved and stored.
+    ///
+    /// # Errors
+    /// [`ElastostaticsError::Load`].
+    pub fn strain_energy(&mut self, loads: &[PointLoad]) -> Result<f64, ElastostaticsError> {
+        let forces = self.vertex_forces(loads)?;
+        match self.store_missing(&forces) {
+            true => Ok(self.unit_loads.strain_energy(&forces)),
+            false => Ok(self.solve_forces(self.node_forces(&forces))?.strain_energy),
+        }
+    }
+
+    /// Solves and stores the columns of all loaded vertices; `false` if they do not fit together.
+    fn store_missing(&mut self, forces: &[(usize, DVec3)]) -> bool {
+        if forces.len() > self.unit_loads.capacity() {
+            return false;
+        }
+        self.unit_loads.touch(forces);
         let missing: Vec<usize> =
             forces.iter().map(|(vertex, _)| *vertex).filter(|v| !self.unit_loads.has(*v)).collect();
         missing.chunks(COLUMNS_TOGETHER / 3).for_each(|some| self.store_columns(some));
-        let (corner, stress) = self.unit_loads.maximum(&forces);
-        let (stress, direction) = stress.largest_with_direction();
-        Ok(Tension { stress, corner, direction })
+        true
     }
 
     /// Largest principal stress under contact forces if it reaches `strength` \[Pa\], otherwise `None`;
@@ -338,10 +367,11 @@ impl StressBody {
         loads: &[PointLoad],
         strength: f64,
     ) -> Result<Option<Tension>, ElastostaticsError> {
-        if self.tension_bound(loads)?.is_some_and(|bound| bound < strength) {
+        let forces = self.vertex_forces(loads)?;
+        if self.unit_loads.bound(&forces).is_some_and(|bound| bound < strength) {
             return Ok(None);
         }
-        Ok(Some(self.maximum_tension(loads)?).filter(|tension| tension.stress >= strength))
+        Ok(Some(self.maximum_tension_of(&forces)?).filter(|tension| tension.stress >= strength))
     }
 
     /// Solves for unit forces on the patches of vertices.
@@ -361,13 +391,16 @@ impl StressBody {
         }
         self.factor.solve(&mut columns, &motions);
         for ((vertex, frame), columns) in vertices.iter().zip(frames).zip(columns.chunks_exact(9 * nodes)) {
-            let stress = std::array::from_fn(|axis| {
+            let responses = std::array::from_fn(|axis| {
                 let column = &columns[3 * nodes * axis..3 * nodes * (axis + 1)];
                 let mut displacement: Vec<DVec3> = column.chunks_exact(3).map(DVec3::from_slice).collect();
                 self.balance.remove_rigid_motion(&mut displacement);
-                self.recovery.corner_stress(&self.mesh, &displacement)
+                UnitResponse {
+                    stress: self.recovery.corner_stress(&self.mesh, &displacement),
+                    patches: self.loads.patch_means(&displacement),
+                }
             });
-            self.unit_loads.store(*vertex, frame, stress);
+            self.unit_loads.store(*vertex, frame, responses);
         }
     }
 

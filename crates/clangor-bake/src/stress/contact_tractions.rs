@@ -16,6 +16,8 @@
 //! Differs from \[FRAC\], which does not specify how contacts load the mesh. Forces on single nodes would
 //! break a body of a fine mesh by the tension beside them, however weak they are.
 
+use std::cell::OnceCell;
+
 use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
@@ -34,6 +36,8 @@ pub(super) struct ContactTractions {
     triangles: Vec<u32>,
     /// Least radius of a patch \[m\].
     radius: f64,
+    /// Shares of the nodes in a force on each patch; filled when the first is needed.
+    patches: OnceCell<Vec<Vec<(u32, f64)>>>,
 }
 
 impl ContactTractions {
@@ -61,6 +65,7 @@ impl ContactTractions {
             starts,
             triangles: incidences.into_iter().map(|(_, t)| t).collect(),
             radius,
+            patches: OnceCell::new(),
         }
     }
 
@@ -78,7 +83,23 @@ impl ContactTractions {
     }
 
     /// Shares of the nodes in a force on the patch of a vertex; they sum to 1.
-    pub(super) fn patch(&self, vertex: usize) -> Vec<(u32, f64)> {
+    pub(super) fn patch(&self, vertex: usize) -> &[(u32, f64)] {
+        &self.patches()[vertex]
+    }
+
+    /// Displacement of every patch, averaged as its force is distributed.
+    pub(super) fn patch_means(&self, displacement: &[DVec3]) -> Vec<DVec3> {
+        let mean = |patch: &Vec<(u32, f64)>| {
+            patch.iter().map(|(node, share)| displacement[*node as usize] * *share).sum()
+        };
+        self.patches().iter().map(mean).collect()
+    }
+
+    fn patches(&self) -> &[Vec<(u32, f64)>] {
+        self.patches.get_or_init(|| (0..self.vertex_count()).map(|vertex| self.patch_of(vertex)).collect())
+    }
+
+    fn patch_of(&self, vertex: usize) -> Vec<(u32, f64)> {
         let centre = self.surface.vertices[vertex];
         let reach = self.triangles_of(vertex).flat_map(|t| self.surface.triangles[t]);
         let longest = reach.map(|v| self.surface.vertices[v as usize].distance(centre)).fold(0.0, f64::max);

@@ -10,8 +10,15 @@
 //! subadditive: λ₁(A + B) ≤ λ₁(A) + λ₁(B). It costs a few products and shows for most loads that nothing
 //! breaks.
 //!
-//! Columns are stored in single precision; the least recently used are evicted first. Bounds take six numbers
-//! and are kept.
+//! ```text
+//! E_S(f) = ½ Σ_i f_i · Σ_j Σ_a f_ja ⟨u_ja⟩_i
+//! ```
+//!
+//! with ⟨u_ja⟩_i the displacement under that unit force, averaged over the patch of vertex i as its force is
+//! distributed. u_ja has no rigid motion, so the reaction does no work on it.
+//!
+//! Stresses are stored in single precision, displacements in double; the least recently used are evicted
+//! first. Bounds take six numbers and are kept.
 
 use glam::{DMat3, DVec3};
 
@@ -31,6 +38,16 @@ struct Slot {
     frame: DMat3,
     /// Stress per force [Pa/N]: for each axis and each of six components, all corners.
     columns: Vec<f32>,
+    /// Mean displacement of all patches per force along each axis [m/N].
+    patches: [Vec<DVec3>; 3],
+}
+
+/// What a unit force on a patch causes.
+pub(super) struct UnitResponse {
+    /// Stress at all corners [Pa/N].
+    pub(super) stress: Vec<SymmetricTensor>,
+    /// Mean displacement of all patches [m/N].
+    pub(super) patches: Vec<DVec3>,
 }
 
 pub(super) struct UnitLoads {
@@ -46,7 +63,8 @@ pub(super) struct UnitLoads {
 impl UnitLoads {
     /// For `vertices` on the surface and `corners` in all.
     pub(super) fn new(vertices: usize, corners: usize, bytes: usize) -> Self {
-        let capacity = bytes / (18 * size_of::<f32>() * corners.max(1));
+        let each = 18 * size_of::<f32>() * corners.max(1) + 3 * size_of::<DVec3>() * vertices;
+        let capacity = bytes / each;
         UnitLoads {
             corners,
             capacity,
@@ -87,22 +105,24 @@ impl UnitLoads {
         }
     }
 
-    /// Stores the stress at all corners under unit forces along the axes of a frame.
-    pub(super) fn store(&mut self, vertex: usize, frame: DMat3, stress: [Vec<SymmetricTensor>; 3]) {
+    /// Stores what unit forces along the axes of a frame cause.
+    pub(super) fn store(&mut self, vertex: usize, frame: DMat3, responses: [UnitResponse; 3]) {
         let mut columns = vec![0.0_f32; 18 * self.corners];
-        for (axis, column) in stress.iter().enumerate() {
-            for (n, tensor) in column.iter().enumerate() {
+        for (axis, response) in responses.iter().enumerate() {
+            for (n, tensor) in response.stress.iter().enumerate() {
                 for (k, value) in tensor.to_array().into_iter().enumerate() {
                     columns[(6 * axis + k) * self.corners + n] = value as f32;
                 }
             }
         }
-        let most = |column: &Vec<SymmetricTensor>| {
-            [1.0, -1.0]
-                .map(|sign| column.iter().map(|s| (*s * sign).largest()).fold(f64::NEG_INFINITY, f64::max))
+        let most = |response: &UnitResponse| {
+            [1.0, -1.0].map(|sign| {
+                response.stress.iter().map(|s| (*s * sign).largest()).fold(f64::NEG_INFINITY, f64::max)
+            })
         };
-        self.bounds[vertex] = Some((frame, stress.each_ref().map(most)));
-        let slot = Slot { vertex, last_used: self.clock, frame, columns };
+        self.bounds[vertex] = Some((frame, responses.each_ref().map(most)));
+        let patches = responses.map(|response| response.patches);
+        let slot = Slot { vertex, last_used: self.clock, frame, columns, patches };
         let place = if self.slots.len() < self.capacity {
             self.slots.push(slot);
             self.slots.len() - 1
@@ -113,6 +133,20 @@ impl UnitLoads {
             oldest
         };
         self.slot_of[vertex] = place as u32;
+    }
+
+    /// Strain energy \[J\]; all vertices must be stored.
+    pub(super) fn strain_energy(&self, forces: &[(usize, DVec3)]) -> f64 {
+        let work = |(vertex, force): &(usize, DVec3)| {
+            let slot = &self.slots[self.slot_of[*vertex] as usize];
+            let along = slot.frame.transpose() * *force;
+            let by_axis = |a: usize| {
+                let moved = forces.iter().map(|(other, push)| push.dot(slot.patches[a][*other]));
+                along[a] * moved.sum::<f64>()
+            };
+            (0..3).map(by_axis).sum::<f64>()
+        };
+        0.5 * forces.iter().map(work).sum::<f64>()
     }
 
     /// The corner of largest principal stress, and the stress there \[Pa\]; all vertices must be stored.

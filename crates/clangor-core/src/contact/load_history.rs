@@ -99,7 +99,7 @@ impl LoadHistory {
         let count = self.points.len();
         let mut sums = vec![DVec3::ZERO; count];
         // Forces are linear between the instants.
-        let (mut before, mut forces) = (from, self.at(from).0);
+        let (mut before, mut forces) = (from, self.forces_at(from).collect::<Vec<DVec3>>());
         for n in 0..self.stored.len() {
             let time = n as f64 * self.step;
             if time <= before {
@@ -109,7 +109,8 @@ impl LoadHistory {
             for k in 0..count {
                 sums[k] += (forces[k] + next[k]) * (0.5 * (time - before));
             }
-            (before, forces) = (time, next.to_vec());
+            before = time;
+            forces.copy_from_slice(next);
         }
         sums
     }
@@ -127,20 +128,34 @@ impl LoadHistory {
         }
     }
 
-    /// Forces at all points [N, world] and stored energy \[J\] at a time after the onset \[s\]; zero outside.
-    pub fn at(&self, time: f64) -> (Vec<DVec3>, f64) {
-        let (count, place) = (self.points.len(), time / self.step);
-        let last = self.stored.len().saturating_sub(1);
+    /// Forces at all points [N, world] at a time after the onset \[s\]; zero outside.
+    pub fn forces_at(&self, time: f64) -> impl Iterator<Item = DVec3> {
+        let (count, place) = (self.points.len(), self.place(time));
+        (0..count).map(move |point| match place {
+            Some((from, part)) => {
+                let [a, b] = [from, from + 1].map(|n| self.forces[n * count + point]);
+                a + (b - a) * part
+            }
+            None => DVec3::ZERO,
+        })
+    }
+
+    /// Stored energy \[J\] at a time after the onset \[s\]; zero outside.
+    pub fn stored_at(&self, time: f64) -> f64 {
+        let between = |(from, part): (usize, f64)| {
+            self.stored[from] + (self.stored[from + 1] - self.stored[from]) * part
+        };
+        self.place(time).map_or(0.0, between)
+    }
+
+    /// The instant before a time after the onset \[s\], and the part of a step that is over since; `None`
+    /// outside.
+    fn place(&self, time: f64) -> Option<(usize, f64)> {
+        let (place, last) = (time / self.step, self.stored.len().saturating_sub(1));
         if !(place >= 0.0 && place <= last as f64) || last == 0 {
-            return (vec![DVec3::ZERO; count], 0.0);
+            return None;
         }
         let from = (place as usize).min(last - 1);
-        let part = place - from as f64;
-        let force = |point: usize| {
-            let [a, b] = [from, from + 1].map(|n| self.forces[n * count + point]);
-            a + (b - a) * part
-        };
-        let stored = self.stored[from] + (self.stored[from + 1] - self.stored[from]) * part;
-        ((0..count).map(force).collect(), stored)
+        Some((from, place - from as f64))
     }
 }

@@ -28,7 +28,7 @@ use clangor_core::scene::breaking::{Breaking, Load};
 use clangor_core::timeline::ContactKind;
 use glam::DVec3;
 
-use super::breaking_instant::{BreakingSearch, instants, most_stored};
+use super::breaking_instant::{BreakingSearch, Strained, instants, most_stored};
 use super::contact_loads::{ContactLoad, PairImpact, half_sine_peak};
 use super::error::FractureError;
 use super::family::Family;
@@ -369,12 +369,17 @@ impl Fragile {
                 report.capped += 1;
                 return Ok(None);
             }
-            let Some(deformation) = search.deformation(&strained) else { continue };
-            let (cut, strain) = energy.for_cracks(loads, (strained.time, &deformation), step);
-            if tried.is_some_and(|tried| strain <= MORE_ENERGY * tried) {
+            let enough = |energy: f64| tried.is_none_or(|tried| energy > MORE_ENERGY * tried);
+            let (time, most) = energy.most_at(loads, &strained);
+            if !enough(most) {
+                continue;
+            }
+            let (cut, strain) = energy.for_cracks(loads, (time, most), step);
+            if !enough(strain) {
                 continue;
             }
             tried = Some(strain);
+            let Some(deformation) = search.deformation(&strained)? else { continue };
             let Some(shatter) = pieces(&self.piece, family, &deformation, strain, &settings)? else {
                 continue;
             };
@@ -412,27 +417,31 @@ struct Cut {
 }
 
 impl Energy {
-    /// When a body that breaks at a time \[s\] falls apart, and the energy for cracks and the motion of the
-    /// pieces \[J\].
+    /// When a body that breaks at an instant falls apart \[s\], and the most energy that cracks and the motion
+    /// of the pieces can have \[J\].
+    fn most_at(&self, loads: &[ContactLoad], strained: &Strained) -> (f64, f64) {
+        match self.model {
+            Load::History => most_stored(loads, strained.time, self.crack_time),
+            Load::HalfSinePeak => (strained.time, strained.strain_energy.min(self.lost)),
+            Load::Step => (strained.time, strained.strain_energy),
+        }
+    }
+
+    /// What a body that falls apart at a time \[s\] does not feel after it, and the energy for cracks and the
+    /// motion of the pieces: at most `most` \[J\].
     fn for_cracks(
         &self,
         loads: &[ContactLoad],
-        (time, deformation): (f64, &Deformation),
+        (time, most): (f64, f64),
         step: &LoadedStep<'_>,
     ) -> (Cut, f64) {
-        match self.model {
-            Load::History => {
-                let (time, stored) = most_stored(loads, time, self.crack_time);
-                let shares = loads.iter().flat_map(|load| load.cut_at(time, step.body, step.log));
-                let short = CutShort { shares: shares.collect() };
-                let lost = (self.available + short.lost_motion(step.rigid, step.log)).max(0.0);
-                (Cut { time, short }, stored.min(lost))
-            }
-            Load::HalfSinePeak => {
-                (Cut { time, short: CutShort::default() }, deformation.strain_energy.min(self.lost))
-            }
-            Load::Step => (Cut { time, short: CutShort::default() }, deformation.strain_energy),
+        if self.model != Load::History {
+            return (Cut { time, short: CutShort::default() }, most);
         }
+        let shares = loads.iter().flat_map(|load| load.cut_at(time, step.body, step.log));
+        let short = CutShort { shares: shares.collect() };
+        let lost = (self.available + short.lost_motion(step.rigid, step.log)).max(0.0);
+        (Cut { time, short }, most.min(lost))
     }
 }
 

@@ -31,7 +31,7 @@ use super::contact_loads::{ContactLoad, Felt};
 use super::error::FractureError;
 use super::family::Family;
 
-/// Most instants that are looked at: each may cost a static solution.
+/// Most instants that are looked at.
 const MOST_INSTANTS: usize = 512;
 /// Relative difference of two sets of forces that count as proportional.
 const PROPORTIONAL: f64 = 2e-2;
@@ -57,31 +57,29 @@ pub(super) fn instants(loads: &[ContactLoad], fresh: f64) -> Vec<f64> {
     times.into_iter().step_by(every).collect()
 }
 
-/// Forces at an instant and the energy behind them.
-struct LoadsNow {
-    loads: Vec<PointLoad>,
-    stored: f64,
-}
-
-/// What acts on a body whose centre of mass is at `centre` \[m\] in the frame of its mesh.
-fn felt(loads: &[ContactLoad], centre: DVec3, time: f64) -> LoadsNow {
-    let mut all = LoadsNow { loads: Vec::new(), stored: 0.0 };
-    let place = |point: DVec3, force: DVec3| PointLoad { point: point + centre, force };
+/// The forces on a body whose centre of mass is at `centre` \[m\] in the frame of its mesh.
+fn felt(loads: &[ContactLoad], centre: DVec3, time: f64) -> Vec<PointLoad> {
+    let mut all = Vec::new();
+    let place = |point: &DVec3, force: DVec3| PointLoad { point: *point + centre, force };
     for load in loads {
         match &load.felt {
-            Felt::Once(forces) => {
-                all.loads.extend(forces.iter().map(|(point, force)| place(*point, *force)));
-                all.stored += load.energy;
-            }
+            Felt::Once(forces) => all.extend(forces.iter().map(|(point, force)| place(point, *force))),
             Felt::OverTime(history) => {
-                let (forces, stored) = history.at(time - load.onset);
-                all.loads
-                    .extend(history.points.iter().zip(forces).map(|(point, force)| place(*point, force)));
-                all.stored += stored;
+                let forces = history.forces_at(time - load.onset);
+                all.extend(history.points.iter().zip(forces).map(|(point, force)| place(point, force)));
             }
         }
     }
     all
+}
+
+/// The energy behind the forces \[J\].
+fn stored(loads: &[ContactLoad], time: f64) -> f64 {
+    let of = |load: &ContactLoad| match &load.felt {
+        Felt::Once(_) => load.energy,
+        Felt::OverTime(history) => history.stored_at(time - load.onset),
+    };
+    loads.iter().map(of).sum()
 }
 
 /// The instant \[s\] at which contacts and modes store most, and how much \[J\], in a `duration` from a time
@@ -89,9 +87,9 @@ fn felt(loads: &[ContactLoad], centre: DVec3, time: f64) -> LoadsNow {
 pub(super) fn most_stored(loads: &[ContactLoad], from: f64, duration: f64) -> (f64, f64) {
     let till = from + duration;
     let between = instants(loads, from).into_iter().take_while(|time| *time < till);
-    let stored = between.chain([till]).map(|time| (time, felt(loads, DVec3::ZERO, time).stored));
-    let first = (from, felt(loads, DVec3::ZERO, from).stored);
-    stored.fold(first, |most, other| if other.1 > most.1 { other } else { most })
+    let courses = between.chain([till]).map(|time| (time, stored(loads, time)));
+    let first = (from, stored(loads, from));
+    courses.fold(first, |most, other| if other.1 > most.1 { other } else { most })
 }
 
 /// The body at an instant.
@@ -101,15 +99,17 @@ pub(super) struct Strained {
     pub(super) time: f64,
     /// Largest ratio of stress to strength.
     pub(super) utilisation: f64,
-    /// Factor of the last static solution.
+    /// E_S \[J\].
+    pub(super) strain_energy: f64,
+    /// Factor of the last forces.
     factor: f64,
 }
 
 /// Forces whose static solution is known.
 struct Solved {
     loads: Vec<PointLoad>,
-    deformation: Deformation,
     utilisation: f64,
+    strain_energy: f64,
 }
 
 /// Looks for the instant at which a body breaks.
@@ -165,41 +165,55 @@ impl<'a> BreakingSearch<'a> {
                 other => (from, low) = (place, other.map_or(0.0, |strained| strained.utilisation)),
             }
         }
-        // The factor is that of the solution made last.
+        // The factor is that of the forces looked at last.
         self.at(place)
     }
 
     /// The body at an instant; `None` if its stress is known to stay below the strength.
     fn at(&mut self, time: f64) -> Result<Option<Strained>, FractureError> {
-        let LoadsNow { loads, stored } = felt(self.loads, self.centre, time);
+        let stored = stored(self.loads, time);
         if stored < self.least {
             return Ok(None);
         }
+        let loads = felt(self.loads, self.centre, time);
         let known = self.last.as_ref().and_then(|last| proportion(&loads, &last.loads));
         let part = match known {
             Some(part) => part,
             None => {
                 // The bound of the energy can only reduce forces and stress, so a body that withstands the
                 // full loads stays whole.
-                if self.stress.tension_above(&loads, self.family.least_strength())?.is_none() {
+                let Some(tension) = self.stress.tension_above(&loads, self.family.least_strength())? else {
                     return Ok(None);
-                }
-                let deformation = self.stress.solve(&loads)?;
-                let utilisation = utilisation(self.stress.mesh(), &deformation, self.family);
-                self.last = Some(Solved { loads, deformation, utilisation });
+                };
+                let scores = &self.family.breaking.scores;
+                let (utilisation, strain_energy) = match scores.is_empty() {
+                    true => (tension.stress / self.family.strength, self.stress.strain_energy(&loads)?),
+                    false => {
+                        let deformation = self.stress.solve(&loads)?;
+                        let stress = &deformation.element_stress;
+                        let across = across_scores(self.stress.mesh(), stress, scores, self.family);
+                        (across, deformation.strain_energy)
+                    }
+                };
+                self.last = Some(Solved { loads, utilisation, strain_energy });
                 1.0
             }
         };
         let Some(last) = &self.last else { return Ok(None) };
-        let strain = last.deformation.strain_energy * (part * part);
+        let strain = last.strain_energy * (part * part);
         let bounded = self.family.breaking.load != Load::Step && strain > stored;
         let factor = if bounded { part * (stored / strain).sqrt() } else { part };
-        Ok(Some(Strained { time, utilisation: last.utilisation * factor, factor }))
+        let strain_energy = last.strain_energy * (factor * factor);
+        Ok(Some(Strained { time, utilisation: last.utilisation * factor, strain_energy, factor }))
     }
 
     /// Deformation of the body at an instant, the last that was looked at.
-    pub(super) fn deformation(&self, strained: &Strained) -> Option<Deformation> {
-        self.last.as_ref().map(|last| last.deformation.clone().scaled(strained.factor))
+    ///
+    /// # Errors
+    /// [`FractureError`].
+    pub(super) fn deformation(&self, strained: &Strained) -> Result<Option<Deformation>, FractureError> {
+        let Some(last) = &self.last else { return Ok(None) };
+        Ok(Some(self.stress.solve(&last.loads)?.scaled(strained.factor)))
     }
 }
 
@@ -216,15 +230,6 @@ fn proportion(loads: &[PointLoad], reference: &[PointLoad]) -> Option<f64> {
     let factor = product / reference_square;
     let rest = square - factor * product;
     (factor >= 0.0 && rest <= PROPORTIONAL * PROPORTIONAL * square).then_some(factor)
-}
-
-/// Largest ratio of stress to strength.
-fn utilisation(mesh: &TetMesh, deformation: &Deformation, family: &Family) -> f64 {
-    let scores = &family.breaking.scores;
-    match scores.is_empty() {
-        true => deformation.maximum_tension().stress / family.strength,
-        false => across_scores(mesh, &deformation.element_stress, scores, family),
-    }
 }
 
 /// The largest ratio of the tension across a scored plane to the strength there.
@@ -331,7 +336,7 @@ mod tests {
             let ds = s / f64::from(n);
             let place = |i: i32| (f64::from(i) + 0.5) * ds;
             let time: f64 = (0..n).map(|i| ds / (1.0 - place(i).powf(2.5)).sqrt()).sum();
-            let force = felt(&loads, DVec3::ZERO, found.time).loads[0].force.length();
+            let force = felt(&loads, DVec3::ZERO, found.time)[0].force.length();
             let stored = most_stored(&loads, found.time, 0.0).1;
             let errors = [
                 (found.time - 1.0) / (time * deepest / speed) - 1.0,
@@ -376,7 +381,8 @@ mod tests {
         let (mut seen, mut bound) = (0, 0);
         for time in instants(&loads, 1.0) {
             let Some(found) = search.reached(time, None).unwrap() else { continue };
-            let strain = search.deformation(&found).unwrap().strain_energy;
+            let strain = search.deformation(&found).unwrap().unwrap().strain_energy;
+            assert!((found.strain_energy / strain - 1.0).abs() < 1e-9, "{} {strain}", found.strain_energy);
             let stored = most_stored(&loads, found.time, 0.0).1;
             assert!(strain <= stored * (1.0 + 1e-9), "{strain} {stored}");
             seen += 1;

@@ -76,15 +76,17 @@ impl ContactLoad {
     pub(super) fn cut_at(&self, time: f64, body: BodyId, log: &StepLog) -> Vec<(usize, f64)> {
         let Felt::OverTime(history) = &self.felt else { return Vec::new() };
         let shares = history.shares_after(time - self.onset);
-        let of = |(place, impulse): (usize, &Impulse)| {
+        let own = |(_, impulse): &(usize, &Impulse)| {
             let row = &impulse.row;
-            let own = (row.body_a == body || row.body_b == body) && row.time == self.onset;
-            let distance = |point: &DVec3| point.distance_squared(row.point);
+            (row.body_a == body || row.body_b == body) && row.time == self.onset
+        };
+        let share_of = |(place, impulse): (usize, &Impulse)| {
+            let distance = |point: &DVec3| point.distance_squared(impulse.row.point);
             let nearest =
                 self.places.iter().zip(&shares).min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
-            nearest.filter(|(_, share)| own && **share > 0.0).map(|(_, share)| (place, *share))
+            nearest.filter(|(_, share)| **share > 0.0).map(|(_, share)| (place, *share))
         };
-        log.impulses().iter().enumerate().filter_map(of).collect()
+        log.impulses().iter().enumerate().filter(own).filter_map(share_of).collect()
     }
 
     /// Ends the load at a time \[s\].

@@ -18,41 +18,54 @@ pub(super) struct Friction {
     pub(super) slip_rate: f64,
 }
 
-/// `mobility`: A₁₁, A₁₂, A₂₂; `slip`: s; `most`: μF.
-pub(super) fn friction_force(mobility: [f64; 3], slip: [f64; 2], most: f64) -> Friction {
-    let [a, b, c] = mobility;
-    // Values of 2A, and the slip along its axes.
-    let (sum, spread) = (a + c, (a - c).hypot(2.0 * b));
-    let greatest = sum + spread;
-    let least = if sum > 0.0 { (4.0 * (a * c - b * b) / greatest).max(0.0) } else { 0.0 };
-    if most <= 0.0 || greatest <= 0.0 {
-        // A contact that cannot move along itself has nothing to hold.
-        return Friction::default();
+/// 2A by its values, the greatest first, and the angle of its first axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct TangentMobility {
+    values: [f64; 2],
+    sine: f64,
+    cosine: f64,
+}
+
+impl TangentMobility {
+    /// From A₁₁, A₁₂, A₂₂ [m/N].
+    pub(super) fn new([a, b, c]: [f64; 3]) -> Self {
+        let (sum, spread) = (a + c, (a - c).hypot(2.0 * b));
+        let greatest = sum + spread;
+        let least = if sum > 0.0 { (4.0 * (a * c - b * b) / greatest).max(0.0) } else { 0.0 };
+        let (sine, cosine) = (0.5 * (2.0 * b).atan2(a - c)).sin_cos();
+        // In a direction that cannot move there is no slip either.
+        TangentMobility { values: [greatest, least.max(1e-14 * greatest)], sine, cosine }
     }
-    // In a direction that cannot move there is no slip either.
-    let values = [greatest, least.max(1e-14 * greatest)];
-    let (sine, cosine) = (0.5 * (2.0 * b).atan2(a - c)).sin_cos();
-    let along = [cosine * slip[0] + sine * slip[1], cosine * slip[1] - sine * slip[0]];
-    let forces = |eta: f64| [-along[0] / (values[0] + eta), -along[1] / (values[1] + eta)];
-    let mut eta = 0.0;
-    let mut force = forces(eta);
-    for _ in 0..60 {
-        let size = force[0].hypot(force[1]);
-        if size <= most * (1.0 + 1e-15) {
-            break;
+
+    /// Friction with the slip s \[m\] and at most μF \[N\].
+    pub(super) fn friction(&self, slip: [f64; 2], most: f64) -> Friction {
+        let &TangentMobility { values, sine, cosine } = self;
+        if most <= 0.0 || values[0] <= 0.0 {
+            // A contact that cannot move along itself has nothing to hold.
+            return Friction::default();
         }
-        // d|T|²/dη = −2 Σ T²/(value + η).
-        let slope = force[0] * force[0] / (values[0] + eta) + force[1] * force[1] / (values[1] + eta);
-        let rise = (size / most - 1.0) * size * size / slope;
-        if eta + rise == eta {
-            break;
+        let along = [cosine * slip[0] + sine * slip[1], cosine * slip[1] - sine * slip[0]];
+        let forces = |eta: f64| [-along[0] / (values[0] + eta), -along[1] / (values[1] + eta)];
+        let mut eta = 0.0;
+        let mut force = forces(eta);
+        for _ in 0..60 {
+            let size = (force[0] * force[0] + force[1] * force[1]).sqrt();
+            if size <= most * (1.0 + 1e-15) {
+                break;
+            }
+            // d|T|²/dη = −2 Σ T²/(value + η).
+            let slope = force[0] * force[0] / (values[0] + eta) + force[1] * force[1] / (values[1] + eta);
+            let rise = (size / most - 1.0) * size * size / slope;
+            if eta + rise == eta {
+                break;
+            }
+            eta += rise;
+            force = forces(eta);
         }
-        eta += rise;
-        force = forces(eta);
-    }
-    Friction {
-        force: [cosine * force[0] - sine * force[1], sine * force[0] + cosine * force[1]],
-        slip_rate: eta,
+        Friction {
+            force: [cosine * force[0] - sine * force[1], sine * force[0] + cosine * force[1]],
+            slip_rate: eta,
+        }
     }
 }
 
@@ -67,7 +80,8 @@ mod tests {
             let (sine, cosine) = (0.26 * f64::from(turn)).sin_cos();
             for most in [0.01, 0.4, 100.0] {
                 let slip = [cosine, sine];
-                let Friction { force: [t, u], slip_rate } = friction_force(mobility, slip, most);
+                let Friction { force: [t, u], slip_rate } =
+                    TangentMobility::new(mobility).friction(slip, most);
                 let left = [
                     slip[0] + (2.0 * mobility[0] + slip_rate) * t + 2.0 * mobility[1] * u,
                     slip[1] + 2.0 * mobility[1] * t + (2.0 * mobility[2] + slip_rate) * u,
@@ -79,6 +93,6 @@ mod tests {
                 assert!(slip_rate == 0.0 || (size / most - 1.0).abs() < 1e-14);
             }
         }
-        assert_eq!(friction_force([0.0; 3], [1.0, 0.0], 1.0), Friction::default());
+        assert_eq!(TangentMobility::new([0.0; 3]).friction([1.0, 0.0], 1.0), Friction::default());
     }
 }

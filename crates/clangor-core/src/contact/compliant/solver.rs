@@ -10,7 +10,7 @@ use super::end_rule::{Parting, has_parted, must_part};
 use super::member::StepSettings;
 use super::modal_propagator::ModalPropagator;
 use super::solution::{ContactEnd, ContactSolution};
-use super::step_forces::StepForces;
+use super::step_forces::{StepForces, add_columns};
 use super::validation::check_settings;
 
 /// Steps without force between looks at whether the bodies have parted for good.
@@ -162,6 +162,7 @@ impl SolverMemory {
             self.awaited.push(must_part(system, index));
             self.touching.push(self.forces.before[index] > 0.0);
         }
+        self.forces.prepare_tangents(system);
         self.solution.begin(system, step);
         let stored = self.forces.stored();
         self.solution.energies.stored_gained = -stored;
@@ -312,11 +313,9 @@ impl RowStates {
 
     /// Rigid motion over a step, exact for constant forces.
     fn advance(&mut self, system: &ContactSystem, forces: &StepForces, step: f64) {
-        let count = system.rows.len();
-        for (row, rigid) in system.rigid.chunks_exact(count).enumerate() {
-            self.acceleration[row] = rigid.iter().zip(&forces.forces).map(|(w, f)| w * f).sum();
-        }
-        for row in 0..count {
+        self.acceleration.fill(0.0);
+        add_columns(&system.rigid, &forces.forces, &mut self.acceleration);
+        for row in 0..system.rows.len() {
             let (force, by_force) = (forces.forces[row], self.acceleration[row]);
             // Of what the forces moved, the rest is vibration (and, for normals, the plate's yielding).
             self.vibration[row] = self.ahead[row] + forces.moved[row] - 0.5 * step * step * by_force;

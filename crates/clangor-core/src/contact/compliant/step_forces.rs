@@ -4,10 +4,13 @@
 //! friction this is descent on a convex function and converges always; with friction it converges where the
 //! normal is stiffer through its law than through its coupling to the tangents, as it is for short steps.
 //! Where it stalls, the step is made without friction, which costs no energy, and counted.
+//!
+//! What all forces move is kept, and changed with every force that changes: contacts that are apart, or whose
+//! force stays, cost nothing. Mobility is symmetric, so its rows are its columns.
 
-use super::contact_law::{Pressed, StepLaw};
+use super::contact_law::StepLaw;
 use super::contact_system::ContactSystem;
-use super::friction::friction_force;
+use super::friction::TangentMobility;
 
 /// Sweeps after which the forces of friction are averaged with those before.
 const PLAIN_SWEEPS: usize = 40;
@@ -23,6 +26,8 @@ pub(super) struct StepForces {
     pub(super) laws: Vec<StepLaw>,
     /// Separation after a step per force, over all pairs of rows [m/N].
     pub(super) mobility: Vec<f64>,
+    /// The part of it along the two tangents of each contact.
+    pub(super) tangents: Vec<TangentMobility>,
     /// Approach of each contact before the step \[m\].
     pub(super) before: Vec<f64>,
     /// Separation of normals after the step, and slip along tangents, without any force \[m\].
@@ -84,13 +89,43 @@ impl StepForces {
                 self.forces[contact.rows.start + 1..contact.rows.end].fill(0.0);
             }
             self.slip_rates.fill(0.0);
+            self.sum_moved();
             converged = self.sweeps(system, false);
         }
         debug_assert!(converged || self.forces.iter().any(|f| !f.is_finite()), "convex problem");
-        let count = self.forces.len();
-        for (moved, mobility) in self.moved.iter_mut().zip(self.mobility.chunks_exact(count)) {
-            *moved = mobility.iter().zip(&self.forces).map(|(a, f)| a * f).sum();
+        // Changes of forces leave rounding behind.
+        self.sum_moved();
+    }
+
+    /// What all forces move.
+    fn sum_moved(&mut self) {
+        self.moved.fill(0.0);
+        add_columns(&self.mobility, &self.forces, &mut self.moved);
+    }
+
+    /// Sets the force of a row.
+    fn set(&mut self, row: usize, force: f64, change: &mut Change) {
+        let before = std::mem::replace(&mut self.forces[row], force);
+        change.note(before, force);
+        if force != before {
+            let count = self.forces.len();
+            add_column(&self.mobility[row * count..(row + 1) * count], force - before, &mut self.moved);
         }
+    }
+
+    /// The tangential mobility of every contact, once `mobility` is known.
+    pub(super) fn prepare_tangents(&mut self, system: &ContactSystem) {
+        let count = self.forces.len();
+        self.tangents.clear();
+        self.tangents.extend(system.contacts.iter().map(|contact| {
+            let [t, u] = [contact.rows.start + 1, contact.rows.start + 2];
+            match contact.rows.len() {
+                3 => {
+                    TangentMobility::new([(t, t), (t, u), (u, u)].map(|(i, j)| self.mobility[i * count + j]))
+                }
+                _ => TangentMobility::default(),
+            }
+        }));
     }
 
     /// Sweeps until the forces stay; whether they do.
@@ -109,42 +144,49 @@ impl StepForces {
         last.change <= STALLED * last.size
     }
 
-    /// Separation of a row by all forces but those of the rows `from..to`.
-    #[inline]
-    fn separation(&self, row: usize, from: usize, to: usize) -> f64 {
-        let count = self.forces.len();
-        let mobility = &self.mobility[row * count..(row + 1) * count];
-        let part = |range: std::ops::Range<usize>| -> f64 {
-            mobility[range.clone()].iter().zip(&self.forces[range]).map(|(a, f)| a * f).sum()
-        };
-        self.free[row] + part(0..from) + part(to..count)
-    }
-
     /// Solves one contact for given forces of the others; friction moves by `weight` towards its solution.
     fn update(&mut self, system: &ContactSystem, contact: usize, weight: f64, change: &mut Change) {
         let rows = system.contacts[contact].rows.clone();
         let (n, count) = (rows.start, self.forces.len());
-        let free = -self.separation(n, n, n + 1);
+        let own = self.mobility[n * (count + 1)];
+        let free = -(self.free[n] + (self.moved[n] - own * self.forces[n]));
         let law = &self.laws[contact];
-        let Pressed { force, .. } = if law.stays_open(self.before[contact], free) {
-            Pressed { approach: free, force: 0.0 }
-        } else {
-            law.press(self.before[contact], free, self.mobility[n * (count + 1)])
+        let force = match law.stays_open(self.before[contact], free) {
+            true => 0.0,
+            false => law.press(self.before[contact], free, own).force,
         };
-        change.note(self.forces[n], force);
-        self.forces[n] = force;
+        self.set(n, force, change);
         if rows.len() == 1 || weight == 0.0 {
             return;
         }
         let [t, u] = [n + 1, n + 2];
-        let slip = [t, u].map(|row| self.separation(row, t, u + 1));
-        let mobility = [(t, t), (t, u), (u, u)].map(|(i, j)| self.mobility[i * count + j]);
-        let found = friction_force(mobility, slip, system.contacts[contact].friction * force);
+        if force == 0.0 && self.forces[t] == 0.0 && self.forces[u] == 0.0 {
+            self.slip_rates[contact] = 0.0;
+            return;
+        }
+        let a = |i: usize, j: usize| self.mobility[i * count + j];
+        let slip = [t, u].map(|row| {
+            let by_own = a(row, t) * self.forces[t] + a(row, u) * self.forces[u];
+            self.free[row] + (self.moved[row] - by_own)
+        });
+        let found = self.tangents[contact].friction(slip, system.contacts[contact].friction * force);
         for (row, force) in [t, u].into_iter().zip(found.force) {
             let next = self.forces[row] + weight * (force - self.forces[row]);
-            change.note(self.forces[row], next);
-            self.forces[row] = next;
+            self.set(row, next, change);
         }
         self.slip_rates[contact] = found.slip_rate;
     }
+}
+
+/// Adds the product of a symmetric matrix with `factors` to `sums`.
+pub(super) fn add_columns(matrix: &[f64], factors: &[f64], sums: &mut [f64]) {
+    for (column, factor) in matrix.chunks_exact(factors.len().max(1)).zip(factors) {
+        if *factor != 0.0 {
+            add_column(column, *factor, sums);
+        }
+    }
+}
+
+fn add_column(column: &[f64], factor: f64, sums: &mut [f64]) {
+    sums.iter_mut().zip(column).for_each(|(sum, value)| *sum += value * factor);
 }

@@ -6,10 +6,10 @@
 mod program;
 
 use std::fmt::Write as _;
-use std::fs;
-use std::path::Path;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 const LISTENER: &str = "version = 1\n[[listener]]\nposition = [0, 1, 0]\n";
 
@@ -172,17 +172,70 @@ fn names_that_are_no_text_and_outputs_that_are_inputs() {
     let scene = format!("{LISTENER}{}[simulation]\nduration = 0.05\n", ball(0, "steel", 0.0));
     let name = OsStr::from_bytes(b"a\xff.toml");
     fs::write(folder.path().join(name), &scene).unwrap();
-    let inspected = Command::new(env!("CARGO_BIN_EXE_clangor"))
-        .args([OsStr::new("--json"), OsStr::new("inspect"), name])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    assert!(inspected.status.success(), "{}", String::from_utf8_lossy(&inspected.stderr));
+    let succeeds = |arguments: &[&OsStr]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_clangor"))
+            .args(["--cache", "cache"])
+            .args(arguments)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    };
+    let word = OsStr::new;
+    succeeds(&[word("--json"), word("inspect"), name]);
+    // A cube of 2 cm.
+    let corner = |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { "0.01" } else { "-0.01" }).join(" ");
+    let vertices: String = (0..8).map(|k| format!("v {}\n", corner(k))).collect();
+    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    let mesh = OsStr::from_bytes(b"cube\xff.obj");
+    fs::write(folder.path().join(mesh), vertices + faces).unwrap();
+    let [model, sound] = ["model.safetensors", "\u{fe}.wav"].map(word);
+    succeeds(&[word("inspect"), mesh]);
+    let band = ["--parts", "acceleration", "--max-frequency", "2000"].map(word);
+    succeeds(&[&[word("bake"), mesh, word("-o"), model], &band[..]].concat());
+    let strike =
+        "--material steel --point 0.01,0,0 --impulse -0.01,0,0 --listener 1,0,0 --parts acceleration";
+    let strike: Vec<&OsStr> = strike.split(' ').map(OsStr::new).collect();
+    succeeds(&[&[word("strike"), mesh, word("-o"), sound], &strike[..]].concat());
+    assert!(folder.path().join(sound).exists());
     fs::write(folder.path().join("scene.wav"), &scene).unwrap();
     let output = program::run(folder.path(), &["render", "scene.wav"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("would replace what it is made of"));
     assert_eq!(fs::read_to_string(folder.path().join("scene.wav")).unwrap(), scene);
+}
+
+/// A clock that was set back finds files from its future, one that was wrong files from 1970.
+#[test]
+fn a_clock_that_was_set_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let coin = ball(0, "steel", 0.02).replace("sphere:0.01", "coin");
+    let floor = "[[plane]]\nmaterial = \"granite\"\n";
+    let scene = format!("{LISTENER}{coin}{floor}[simulation]\nduration = 0.4\n");
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let render =
+        ["render", "scene.toml", "-o", "out.wav", "--max-frequency", "3000", "--parts", "acceleration"];
+    program::clangor(folder.path(), &render);
+    let first = fs::read(folder.path().join("out.wav")).unwrap();
+    let files = |folder: &Path| -> Vec<PathBuf> {
+        let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let mut files: Vec<PathBuf> = entries.filter(|path| path.is_file()).collect();
+        files.sort();
+        files
+    };
+    let kept = files(&folder.path().join("cache"));
+    assert!(!kept.is_empty());
+    let far = SystemTime::now() + Duration::from_secs(10 * 365 * 86_400);
+    for time in [far, SystemTime::UNIX_EPOCH] {
+        for path in kept.iter().cloned().chain(files(folder.path())) {
+            File::options().write(true).open(path).unwrap().set_modified(time).unwrap();
+        }
+        program::clangor(folder.path(), &render);
+        assert!(fs::read(folder.path().join("out.wav")).unwrap() == first);
+        assert_eq!(files(&folder.path().join("cache")), kept);
+        // Entries of the cache are used, not written again.
+        assert!(kept.iter().all(|path| fs::metadata(path).unwrap().modified().unwrap() == time));
+    }
 }
 
 #[test]

@@ -79,7 +79,7 @@ impl Hidden {
         self.record(&hidden, &path);
         let (model, _) = self.bake(folder, self.material());
         let compare = |model: &Path| {
-            let compare = Compare::new(model.to_string_lossy()).max_frequency(self.max_frequency);
+            let compare = Compare::new(model).max_frequency(self.max_frequency);
             compare.sound(&path).unwrap()
         };
         let found = compare(&model);

@@ -1,5 +1,6 @@
 //! Commands that compute sound models: `bake`, `modes`, `bank`.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clangor_bake::modal_analysis::ModalAnalysisOptions;
@@ -12,7 +13,7 @@ use super::values::{accuracy, band, finite, positive, wavenumber};
 pub(crate) struct Bake {
     /// A shape (coin, die:0.016x0.002 …), a mesh file (FILE.glb#BODY for one of several bodies), or a
     /// scene, whose models are written to the cache
-    pub(crate) input: String,
+    pub(crate) input: OsString,
     /// The model file to write, for a shape or a mesh file
     #[arg(short, long, value_name = "MODEL.safetensors")]
     pub(crate) output: Option<PathBuf>,
@@ -53,7 +54,7 @@ pub(crate) enum Part {
 #[derive(Args)]
 pub(crate) struct Modes {
     /// A shape (bowl, coin, box:0.3x0.03x0.01 …) or a mesh file
-    pub(crate) body: String,
+    pub(crate) body: OsString,
     /// Material preset
     #[arg(long, value_name = "NAME")]
     pub(crate) material: String,
@@ -89,7 +90,7 @@ pub(crate) struct Compare {
     pub(crate) sound: PathBuf,
     /// A shape (bowl, box:0.3x0.03x0.01 …), a mesh file (FILE.glb#BODY for one of several bodies), or a sound
     /// model with modes (.safetensors)
-    pub(crate) model: String,
+    pub(crate) model: OsString,
     /// Material preset of a shape or a mesh file; its damping is listed beside that of the recording
     #[arg(long, value_name = "NAME")]
     pub(crate) material: Option<String>,

@@ -1,5 +1,6 @@
 //! Commands that compute or play sound: `render`, `play`, `strike`.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clangor_core::glam::DVec3;
@@ -115,7 +116,7 @@ pub(crate) struct Strike {
     /// A shape (sphere:0.0075, coin, mug …), a mesh file (of a glTF file with several bodies: FILE.glb#BODY)
     /// or a sound model
     #[arg(required_unless_present = "list")]
-    pub(crate) body: Option<String>,
+    pub(crate) body: Option<OsString>,
     /// A data set instead of one impact: a recipe (.toml) or a table of strikes (.csv, .jsonl, .parquet); see
     /// docs/format/dataset.md
     #[arg(long, value_name = "FILE", conflicts_with_all = ONE_IMPACT)]

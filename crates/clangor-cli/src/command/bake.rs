@@ -4,6 +4,7 @@ pub(super) mod modal_report;
 pub(super) mod model_report;
 pub(super) mod pan_report;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use clangor_bake::reference::PanForm;
@@ -31,6 +32,11 @@ pub(crate) fn run(options: &Bake, global: &Global, console: &Console) -> Result<
     }
 }
 
+/// The body or scene as text.
+fn name(options: &Bake) -> Cow<'_, str> {
+    options.input.to_string_lossy()
+}
+
 /// How the command line asks to bake.
 fn settings(options: &Bake, global: &Global) -> ModelBake {
     let models = options.models.on(options.device.device);
@@ -51,7 +57,7 @@ fn body(options: &Bake, global: &Global, console: &Console) -> Result<(), Failur
     let Some(output) = &options.output else {
         return Err(Failure::new(format_args!(
             "where should the model of \"{}\" go? add -o MODEL.safetensors",
-            options.input
+            name(options)
         )));
     };
     check_ending(output, "safetensors")?;
@@ -107,21 +113,21 @@ fn write_modes(
     baked.modal_remarks.iter().for_each(|remark| console.warn(remark));
     if let Some(first) = file.modal.origin.first_frequency {
         let why = modal_report::no_modes(first, file.modal.model.max_frequency);
-        return Err(Failure::new(format_args!("\"{}\" has {why}", options.input)));
+        return Err(Failure::new(format_args!("\"{}\" has {why}", name(options))));
     }
     let bytes = baked.file.write(output)?;
     let seconds = baked.time.as_secs_f64();
     console.say(format_args!(
         "{}: ringing of \"{}\", {:.1} kB",
         output.display(),
-        options.input,
+        name(options),
         1e-3 * bytes as f64
     ));
     modal_report::say(console, &file.modal, false);
     console.say(format_args!("{} in {seconds:.2} s", origin(baked.cached)));
     console.json(&json!({
         "model": output.display().to_string(),
-        "name": options.input,
+        "name": name(options),
         "bytes": bytes,
         "modal": modal_report::json(&file.modal),
         "seconds": seconds,
@@ -164,7 +170,7 @@ fn scene(options: &Bake, global: &Global, console: &Console) -> Result<(), Failu
     }
     console.say(format_args!(
         "{}: {} in {}; {} without a field of their own",
-        options.input,
+        name(options),
         counted(bake.fields().len(), "model", "models"),
         bake.cache().folder().display(),
         counted(bake.bodies_without_field(), "body", "bodies"),

@@ -1,11 +1,12 @@
 //! What a scene will cost, estimated before anything is spent: text, bodies, triangles, pairs, steps, rows,
-//! and the CPU time of models by the estimator that bakes use. `check --cost` and `inspect` show it.
+//! modes, and the CPU time of models by the estimator that bakes use. `check --cost` and `inspect` show it.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use clangor_core::body::Surface;
 use clangor_pipeline::stages::bake_costs::{BakeCost, bake_costs};
+use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts};
 use clangor_pipeline::stages::load::LoadedScene;
 use clangor_pipeline::stages::simulate::solver;
 use clangor_pipeline::stages::sound_models::Quality;
@@ -14,6 +15,9 @@ use clangor_sim::Solver;
 use serde_json::{Value, json};
 
 use crate::console::Console;
+
+/// Fewer modes than this are not counted by their density.
+pub(super) const FEW: f64 = 10.0;
 
 /// The amounts that a scene asks for.
 pub(crate) struct SceneCost {
@@ -27,6 +31,8 @@ pub(crate) struct SceneCost {
     steps: Option<u64>,
     /// Poses of the timeline, without those at impacts.
     pose_rows: u64,
+    /// Estimated modes up to 20 kHz of all forms that move.
+    modes: f64,
     /// Of the models of all forms that move, at each quality.
     models: Vec<BakeCost>,
 }
@@ -36,7 +42,7 @@ impl SceneCost {
     pub(crate) fn of(loaded: &LoadedScene) -> Self {
         let (world, simulation) = (&loaded.world, &loaded.scene.simulation);
         let mut forms = BTreeSet::new();
-        let (mut triangles, mut models) = (0, Vec::<BakeCost>::new());
+        let (mut triangles, mut modes, mut models) = (0, 0.0, Vec::<BakeCost>::new());
         for body in &world.bodies {
             if !forms.insert((Arc::as_ptr(&body.surface).addr(), body.material.name.as_str())) {
                 continue;
@@ -46,6 +52,8 @@ impl SceneCost {
             }
             if body.motion.is_movable() {
                 add(&mut models, &bake_costs(&body.surface, Some(&body.material)));
+                modes += BodyFacts::of(&body.surface)
+                    .map_or(0.0, |facts| facts.modes_below(AUDIBLE, &body.material).0);
             }
         }
         let count = world.bodies.len() as u64;
@@ -59,19 +67,24 @@ impl SceneCost {
             pairs: moving * (count - moving) + moving * moving.saturating_sub(1) / 2,
             steps: (solver(loaded) == Solver::Rigid).then_some(steps),
             pose_rows: (moving as f64 * simulation.duration * simulation.pose_rate).ceil() as u64,
+            modes,
             models,
         }
     }
 
     /// Prints it.
     pub(crate) fn say(&self, console: &Console) {
-        let SceneCost { text_bytes, bodies, forms, triangles, pairs, steps, pose_rows, models } = self;
+        let SceneCost { text_bytes, bodies, forms, triangles, pairs, steps, pose_rows, modes, models } = self;
         console.say(format_args!(
             "  {text_bytes} bytes of text, {bodies} bodies of {forms} forms, {triangles} triangles, \
              {pairs} pairs that may meet"
         ));
         let steps = steps.map_or("no steps (exact solver)".into(), |steps| format!("{steps} steps"));
         console.say(format_args!("  {steps}, {pose_rows} rows of poses besides those of impacts"));
+        match *modes < FEW {
+            true => console.say(format_args!("  fewer than {FEW} modes to 20 kHz by their density")),
+            false => console.say(format_args!("  about {modes:.0} modes to 20 kHz by their density")),
+        }
         say_costs(models, console);
     }
 
@@ -85,6 +98,7 @@ impl SceneCost {
             "pairs": self.pairs,
             "steps": self.steps,
             "pose_rows": self.pose_rows,
+            "estimated_modes_to_20_khz": self.modes,
             "bake_costs": self.models.iter().map(cost_json).collect::<Vec<_>>(),
         })
     }

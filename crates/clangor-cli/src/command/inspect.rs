@@ -22,7 +22,7 @@ use clangor_sim::choose_solver;
 use serde_json::{Value, json};
 
 use super::bake::{modal_report, model_report, pan_report};
-use super::cost::{cost_json, say_costs};
+use super::cost::{FEW, cost_json, say_costs};
 use super::{bank, is_timeline, load};
 use crate::arguments::{Global, Inspect};
 use crate::console::{Console, counted, four_digits};
@@ -405,9 +405,6 @@ fn modes(facts: &BodyFacts, material: &Material) -> String {
         false => format!("about {count:.0} modes to 20 kHz by the density of {density}"),
     }
 }
-
-/// Fewer modes than this are not counted by their density.
-const FEW: f64 = 10.0;
 
 fn facts_json(facts: &BodyFacts, material: Option<&Material>) -> Value {
     let estimate = material.map(|material| facts.modes_below(AUDIBLE, material));

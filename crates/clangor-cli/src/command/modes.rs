@@ -21,10 +21,10 @@ use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
 
 pub(crate) fn run(options: &Modes, console: &Console) -> Result<(), Failure> {
-    let body = &options.body;
+    let body = &*options.body.to_string_lossy();
     let material = material(options)?;
     let constants = ElasticConstants::of(&material).map_err(|e| cannot_ring(body, &e))?;
-    let loaded = load_named(body, options.scale).map_err(|e| cannot_ring(body, &e))?;
+    let loaded = load_named(&options.body, options.scale).map_err(|e| cannot_ring(body, &e))?;
     loaded.warnings.iter().for_each(|warning| console.warn(format_args!("\"{body}\": {warning}")));
     // How a body is recognised does not depend on the band.
     let part = AccelerationBake(BakeOptions::new(1.0, 0.01));

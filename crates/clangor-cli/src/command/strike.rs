@@ -25,6 +25,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     else {
         return Err(Failure::new("one impact needs a body, --point, --listener and --output"));
     };
+    let name = word.to_string_lossy();
     let material = options.material.as_deref().map(preset).transpose()?;
     let body = StruckBody::open(word, options.scale, material)?;
     body.remarks().iter().for_each(|remark| console.warn(remark));
@@ -35,10 +36,10 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     bars.clear();
     sound.remarks.iter().for_each(|remark| console.warn(remark));
     if let Some(other @ (BodyModes::Proxy(_) | BodyModes::None(_))) = &sound.modal {
-        console.say(format_args!("\"{}\": {other}", word));
+        console.say(format_args!("\"{name}\": {other}"));
     }
     if let Some(kind) = sound.acceleration.filter(|_| !is_sphere) {
-        console.say(format_args!("\"{}\" sounds as: {kind}", word));
+        console.say(format_args!("\"{name}\" sounds as: {kind}"));
     }
     sound.write(output)?;
     let peak = sound.peak();

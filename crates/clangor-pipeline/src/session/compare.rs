@@ -14,6 +14,7 @@
 //! ```
 
 use std::f64::consts::{LN_10, TAU};
+use std::ffi::OsString;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
@@ -53,7 +54,7 @@ const DECAY: f64 = 3.0 * LN_10;
 /// A model to compare recordings with.
 #[derive(Clone, Debug)]
 pub struct Compare {
-    model: String,
+    model: OsString,
     material: Option<Material>,
     scale: f64,
     max_frequency: f64,
@@ -113,7 +114,7 @@ impl Comparison {
 impl Compare {
     /// A model by its word: a shape of the library, a mesh file, a glTF file with the sound of its bodies, or
     /// a sound model (`.safetensors`) with modes.
-    pub fn new(model: impl Into<String>) -> Self {
+    pub fn new(model: impl Into<OsString>) -> Self {
         Compare {
             model: model.into(),
             material: None,
@@ -187,7 +188,7 @@ impl Compare {
         let within: Vec<&ModalMode> =
             model.known_modes().iter().filter(|mode| mode.frequency <= self.max_frequency).collect();
         if within.is_empty() {
-            let (name, max_frequency) = (self.model.clone(), self.max_frequency);
+            let (name, max_frequency) = (self.model.to_string_lossy().into_owned(), self.max_frequency);
             return Err(CompareError::NoModes { name, max_frequency }.into());
         }
         let weigh = |tone: &DecayingTone| Tone {
@@ -287,7 +288,7 @@ impl Compare {
             .map_err(|source| Error::Unbakeable { name: solid.name.clone(), source })?;
         let cache = ModelCache::find(self.cache.as_deref());
         let mut reached = |p: &BakeProgress| {
-            let (body, step) = (self.model.as_str(), p.stage);
+            let (body, step) = (solid.name.as_str(), p.stage);
             on_progress(&Progress { stage: Stage::Modal, done: p.done, body, step })
         };
         let (mut model, _) = obtain_modes(&request, cache.as_ref(), &mut reached)?;

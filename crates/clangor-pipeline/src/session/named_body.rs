@@ -1,6 +1,7 @@
 //! A solid named by a word: a shape of the library, a mesh file, or a body in a glTF file with the sound of
 //! its bodies (`KHR_audio_rigid_bodies`): `FILE.glb`, or `FILE.glb#BODY`.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use clangor_core::material::{Material, presets};
@@ -26,8 +27,8 @@ pub fn preset(name: &str) -> Result<Material, Error> {
 ///
 /// # Errors
 /// [`Error::Geometry`].
-pub(super) fn shape_or_mesh(word: &str, scale: f64) -> Result<LoadedGeometry, Error> {
-    load_named(word, scale).map_err(|source| Error::Geometry { name: word.into(), source })
+pub(super) fn shape_or_mesh(word: &OsStr, scale: f64) -> Result<LoadedGeometry, Error> {
+    load_named(word, scale).map_err(|source| Error::Geometry { name: word.to_string_lossy().into(), source })
 }
 
 /// The warnings of a geometry, with its name.
@@ -54,18 +55,24 @@ impl GltfBody {
     ///
     /// # Errors
     /// [`Error::AudioFile`], [`Error::AudioBody`], [`Error::AudioMaterial`] and [`Error::Geometry`].
-    pub fn read(word: &str, scale: f64, otherwise: Option<&Material>) -> Result<Option<Self>, Error> {
-        let (file, name) = file_and_body(word);
+    pub fn read(
+        word: impl AsRef<OsStr>,
+        scale: f64,
+        otherwise: Option<&Material>,
+    ) -> Result<Option<Self>, Error> {
+        let word = word.as_ref();
+        let name = &*word.to_string_lossy();
+        let (file, body) = file_and_body(word);
         let bodies = read_audio_bodies(Path::new(file))?;
-        let Some(body) = choose_body(bodies, name, file)? else { return Ok(None) };
+        let Some(body) = choose_body(bodies, body, &file.to_string_lossy())? else { return Ok(None) };
         let body = body.scaled(scale);
         let geometry = mesh_geometry(body.mesh.clone(), 1.0)
-            .map_err(|source| Error::Geometry { name: word.into(), source })?;
+            .map_err(|source| Error::Geometry { name: name.into(), source })?;
         let Played { material, modal, remarks } = body
             .played(&geometry.mass, otherwise)
-            .map_err(|source| Error::AudioMaterial { name: word.into(), source })?;
-        let of_file = remarks.iter().map(|remark| format!("\"{word}\": {remark}"));
-        let remarks = geometry_remarks(word, &geometry).into_iter().chain(of_file).collect();
+            .map_err(|source| Error::AudioMaterial { name: name.into(), source })?;
+        let of_file = remarks.iter().map(|remark| format!("\"{name}\": {remark}"));
+        let remarks = geometry_remarks(name, &geometry).into_iter().chain(of_file).collect();
         Ok(Some(GltfBody { geometry, material, modal, remarks }))
     }
 }
@@ -73,7 +80,7 @@ impl GltfBody {
 /// A solid to bake, with what is known of its material and its modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedSolid {
-    /// The word.
+    /// The word as text.
     pub name: String,
     /// Surface and mass properties of unit density.
     pub geometry: LoadedGeometry,
@@ -91,33 +98,36 @@ impl NamedSolid {
     ///
     /// # Errors
     /// [`Error::BakeGeometry`], and those of [`GltfBody::read`].
-    pub fn open(word: &str, scale: f64, material: Option<Material>) -> Result<Self, Error> {
-        let name = word.to_owned();
+    pub fn open(word: impl AsRef<OsStr>, scale: f64, material: Option<Material>) -> Result<Self, Error> {
+        let word = word.as_ref();
+        let name = word.to_string_lossy().into_owned();
         if let Some(file) = GltfBody::read(word, scale, material.as_ref())? {
             let GltfBody { geometry, material, modal, remarks } = file;
             return Ok(NamedSolid { name, geometry, material: Some(material), modal, remarks });
         }
         let geometry =
-            load_named(word, scale).map_err(|source| Error::BakeGeometry { name: word.into(), source })?;
-        let remarks = geometry_remarks(word, &geometry);
+            load_named(word, scale).map_err(|source| Error::BakeGeometry { name: name.clone(), source })?;
+        let remarks = geometry_remarks(&name, &geometry);
         Ok(NamedSolid { name, geometry, material, modal: None, remarks })
     }
 }
 
 /// Whether a path is that of a glTF file, or of a body in one.
 pub fn is_gltf(path: &Path) -> bool {
-    ends_in_gltf(file_and_body(&path.to_string_lossy()).0)
+    ends_in_gltf(file_and_body(path.as_os_str()).0)
 }
 
 /// A file, and the name of a body in it; a # in the name of an existing file belongs to its name.
-fn file_and_body(word: &str) -> (&str, Option<&str>) {
-    match word.rsplit_once('#') {
-        Some((file, body)) if ends_in_gltf(file) && !Path::new(word).exists() => (file, Some(body)),
+fn file_and_body(word: &OsStr) -> (&OsStr, Option<&str>) {
+    match word.to_str().and_then(|text| text.rsplit_once('#')) {
+        Some((file, body)) if ends_in_gltf(file.as_ref()) && !Path::new(word).exists() => {
+            (file.as_ref(), Some(body))
+        }
         _ => (word, None),
     }
 }
 
-fn ends_in_gltf(file: &str) -> bool {
+fn ends_in_gltf(file: &OsStr) -> bool {
     let ending = Path::new(file).extension().map(|e| e.to_ascii_lowercase());
     ending.is_some_and(|e| e == "glb" || e == "gltf")
 }

@@ -1,5 +1,6 @@
 //! A body to be struck: its surface, its material, and the parts of its sound that are known already.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use clangor_core::body::Body;
@@ -49,10 +50,11 @@ impl StruckBody {
     ///
     /// # Errors
     /// [`Error::Geometry`].
-    pub fn solid(shape: &str, scale: f64, material: Material) -> Result<Self, Error> {
-        let loaded = shape_or_mesh(shape, scale)?;
-        let remarks = geometry_remarks(shape, &loaded);
-        let body = Body::solid(shape, material, loaded.surface, &loaded.mass);
+    pub fn solid(shape: impl AsRef<OsStr>, scale: f64, material: Material) -> Result<Self, Error> {
+        let loaded = shape_or_mesh(shape.as_ref(), scale)?;
+        let name = shape.as_ref().to_string_lossy();
+        let remarks = geometry_remarks(&name, &loaded);
+        let body = Body::solid(name, material, loaded.surface, &loaded.mass);
         Ok(StruckBody { remarks, ..body.into() })
     }
 
@@ -85,14 +87,16 @@ impl StruckBody {
     /// # Errors
     /// [`Error::NoMaterial`], and those of [`solid`](Self::solid), [`model`](Self::model) and
     /// [`GltfBody::read`].
-    pub fn open(word: &str, scale: f64, material: Option<Material>) -> Result<Self, Error> {
+    pub fn open(word: impl AsRef<OsStr>, scale: f64, material: Option<Material>) -> Result<Self, Error> {
+        let word = word.as_ref();
+        let name = word.to_string_lossy();
         if let Some(file) = GltfBody::read(word, scale, material.as_ref())? {
             let GltfBody { geometry, material, modal, remarks } = file;
             let known = modal.map_or(KnownSound::Nothing, |modes| KnownSound::Modes(Box::new(modes)));
-            let body = Body::solid(word, material, geometry.surface, &geometry.mass);
+            let body = Body::solid(name, material, geometry.surface, &geometry.mass);
             return Ok(StruckBody { body, known, remarks });
         }
-        let material = material.ok_or_else(|| Error::NoMaterial { name: word.into() })?;
+        let material = material.ok_or_else(|| Error::NoMaterial { name: name.into() })?;
         match Path::new(word).extension().is_some_and(|ending| ending == "safetensors") {
             true => StruckBody::model(word, material),
             false => StruckBody::solid(word, scale, material),

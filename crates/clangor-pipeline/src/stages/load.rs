@@ -1,6 +1,7 @@
 //! A scene file becomes a world: its text is decoded, its shapes are built, its mesh files are read.
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -185,12 +186,16 @@ const MESH_ENDINGS: [&str; 5] = ["obj", "ply", "stl", "gltf", "glb"];
 
 /// What a word on the command line means: a mesh file by its ending, else a shape.
 pub fn geometry_reference(text: &str, scale: f64) -> GeometryReference {
-    let ending = Path::new(text).extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let geometry = match MESH_ENDINGS.contains(&ending.as_str()) {
+    let geometry = match is_mesh_file(text.as_ref()) {
         true => Geometry::File(text.into()),
         false => Geometry::Shape(text.into()),
     };
     GeometryReference { geometry, scale }
+}
+
+fn is_mesh_file(word: &OsStr) -> bool {
+    let ending = Path::new(word).extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    MESH_ENDINGS.contains(&ending.as_str())
 }
 
 /// As [`load`], with a warning of a file outside the folder of the scene: who gets a scene from a stranger
@@ -238,8 +243,16 @@ const HUGE: f64 = 50.0;
 ///
 /// # Errors
 /// [`GeometryError`] with what to do.
-pub fn load_named(word: &str, scale: f64) -> Result<LoadedGeometry, GeometryError> {
-    let mut loaded = load_geometry(Path::new(""), &geometry_reference(word, scale))?;
+pub fn load_named(word: impl AsRef<OsStr>, scale: f64) -> Result<LoadedGeometry, GeometryError> {
+    let word = word.as_ref();
+    // The name of a file need not be text, that of a shape is.
+    let mut loaded = match is_mesh_file(word) {
+        true => load_mesh(Path::new(word), scale)?.0,
+        false => {
+            let geometry = Geometry::Shape(word.to_string_lossy().into_owned());
+            load_shape(&GeometryReference { geometry, scale })?
+        }
+    };
     loaded.warnings.extend(size_warning(&loaded.surface));
     Ok(loaded)
 }

@@ -128,7 +128,8 @@ fn stored_columns_have_the_strain_energy_of_a_solve() {
         }
     }
     println!("within {worst:.1e}");
-    assert!(worst < 1e-10, "{worst:.1e}");
+    // Residual seen: 2.2e-14.
+    assert!(worst < 1e-12, "{worst:.1e}");
 }
 
 #[test]

@@ -25,7 +25,7 @@ pub(super) fn modes_of_files(
             return Err(Failure::new(format_args!("--model {name}: there is no body of this name")));
         };
         let word = path.to_string_lossy();
-        let file = GltfBody::read(&word, 1.0, Some(&first.material))?;
+        let file = GltfBody::read(path, 1.0, Some(&first.material))?;
         file.iter().flat_map(|file| &file.remarks).for_each(|remark| console.warn(remark));
         let Some(GltfBody { geometry, material, modal: Some(modes), .. }) = file else {
             return Err(Failure::new(format_args!("{word} has no modes by {EXTENSION}")));

@@ -101,7 +101,7 @@ fn written(folder: &Path, name: &str) -> BTreeMap<PathBuf, Vec<u8>> {
 }
 
 /// Two containers write to one cache and one output, and both are killed. `CLANGOR_KILLS` is the number of
-/// instants, over the four commands.
+/// instants, over the four commands, and `CLANGOR_KILLS_SEED` chooses others.
 #[test]
 #[ignore = "seconds for each instant"]
 fn kills_at_any_instant_leave_the_old_file_or_the_new_one() {
@@ -109,10 +109,11 @@ fn kills_at_any_instant_leave_the_old_file_or_the_new_one() {
         println!("left out: process namespaces are not permitted here");
         return;
     }
-    let kills: u32 = std::env::var("CLANGOR_KILLS").map_or(8, |count| count.parse().unwrap());
+    let number = |name: &str, default| std::env::var(name).map_or(default, |text| text.parse().unwrap());
+    let (kills, seed) = (number("CLANGOR_KILLS", 8), number("CLANGOR_KILLS_SEED", 1));
     let folder = prepared();
     let folder = folder.path();
-    let mut random = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut random = u64::from(seed).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mut fraction = || {
         random ^= random << 13;
         random ^= random >> 7;

@@ -143,13 +143,24 @@ impl WaveSolver {
 
     /// Cell updates that [`run_modes`](Self::run_modes) would take for modes of these wavenumbers.
     pub fn updates_of_modes(&self, wavenumbers: &[f64]) -> f64 {
-        let phases: Vec<f64> = wavenumbers.iter().map(|k| self.phase(*k)).collect();
-        let runs = colours(&phases, self.steps_after());
-        runs.iter().map(|run| self.steps(&phases, run) as f64).sum::<f64>() * self.cells() as f64
+        let steps = steps_of_modes(wavenumbers, self.options.spacing, self.steps_after());
+        steps * self.cells() as f64
+    }
+
+    /// The same for a body of bounding radius `radius` \[m\], cells of `spacing` \[m\] and `longest` of
+    /// [`WaveOptions`](super::WaveOptions), without a grid.
+    pub(crate) fn expected_updates_of_modes(
+        wavenumbers: &[f64],
+        radius: f64,
+        spacing: f64,
+        longest: f64,
+    ) -> f64 {
+        let [cells, after] = WaveSolver::extent(radius, spacing, longest);
+        steps_of_modes(wavenumbers, spacing, after as usize) * cells
     }
 
     fn phase(&self, wavenumber: f64) -> f64 {
-        phase_per_step(Complex64::from(wavenumber * self.options.spacing)).re
+        phase(wavenumber, self.options.spacing)
     }
 
     fn recorder(&self) -> Recorder {
@@ -163,8 +174,7 @@ impl WaveSolver {
     }
 
     fn steps(&self, phases: &[f64], run: &[usize]) -> usize {
-        let of_run: Vec<f64> = run.iter().map(|i| phases[*i]).collect();
-        (2.0 * HALF_LENGTH * width(&of_run)).ceil() as usize + self.steps_after()
+        steps(phases, run, self.steps_after())
     }
 
     /// The multipoles of the modes of one run.
@@ -232,6 +242,23 @@ impl WaveSolver {
         }
         drive
     }
+}
+
+/// Phase of a wave per step, with cells of `spacing` \[m\].
+fn phase(wavenumber: f64, spacing: f64) -> f64 {
+    phase_per_step(Complex64::from(wavenumber * spacing)).re
+}
+
+/// Steps of a run, with `after` from the end of its bursts.
+fn steps(phases: &[f64], run: &[usize], after: usize) -> usize {
+    let of_run: Vec<f64> = run.iter().map(|i| phases[*i]).collect();
+    (2.0 * HALF_LENGTH * width(&of_run)).ceil() as usize + after
+}
+
+/// Steps of all runs for modes of these wavenumbers.
+fn steps_of_modes(wavenumbers: &[f64], spacing: f64, after: usize) -> f64 {
+    let phases: Vec<f64> = wavenumbers.iter().map(|k| phase(*k, spacing)).collect();
+    colours(&phases, after).iter().map(|run| steps(&phases, run, after) as f64).sum()
 }
 
 /// Width of the bursts of one run [steps].

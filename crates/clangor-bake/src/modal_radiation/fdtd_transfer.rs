@@ -5,6 +5,7 @@
 //! corrected to the exact one. For cost and error see [`crate::fdtd`]; for the modes of a shared run,
 //! [`crate::fdtd::WaveSolver::run_modes`].
 
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 use clangor_core::geometry::mass_properties::MassProperties;
@@ -18,7 +19,7 @@ use num_complex::Complex64;
 use super::surface_motion::volume_flux;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::{BakeProgress, has_cavities, watched};
-use crate::fdtd::{Boundary, WaveError, WaveMotion, WaveOptions, WaveSolver};
+use crate::fdtd::{Boundary, MOST_CELLS, WaveError, WaveMotion, WaveOptions, WaveSolver};
 use crate::modal_radiation::bem_transfer::{order, trimmed};
 use crate::radiation::RadiationError;
 
@@ -42,9 +43,7 @@ impl FdtdModalSolver {
     /// [`WaveError`].
     pub fn try_new(surface: &TriMesh, highest: f64, wall: f64) -> Result<Self, WaveError> {
         let radius = surface.bounding_radius(DVec3::ZERO);
-        let [on_wave, across, on_radius] = CELLS;
-        let spacing = (std::f64::consts::TAU / highest / on_wave).min(wall / across).min(radius / on_radius);
-        Self::with_spacing(surface, highest, spacing)
+        Self::with_spacing(surface, highest, spacing(radius, highest, wall))
     }
 
     /// The same with cells of edge `spacing` \[m\].
@@ -73,6 +72,26 @@ impl FdtdModalSolver {
     pub fn updates(&self, wavenumbers: &[f64]) -> f64 {
         self.solver.updates_of_modes(wavenumbers)
     }
+}
+
+/// Edge of the cells \[m\].
+fn spacing(radius: f64, highest: f64, wall: f64) -> f64 {
+    let [on_wave, across, on_radius] = CELLS;
+    (TAU / highest / on_wave).min(wall / across).min(radius / on_radius)
+}
+
+/// Cell updates for modes of these wavenumbers [1/m] of a body of bounding radius `radius` \[m\], without a
+/// grid; `None` if there would be more cells than fit.
+pub(crate) fn expected_updates(
+    wavenumbers: &[f64],
+    (radius, wall): (f64, f64),
+    has_cavities: bool,
+) -> Option<f64> {
+    let highest = wavenumbers.iter().copied().fold(0.0, f64::max);
+    let (spacing, longest) = (spacing(radius, highest, wall), LONGEST[usize::from(has_cavities)]);
+    let [cells, _] = WaveSolver::extent(radius, spacing, longest);
+    (cells <= MOST_CELLS as f64)
+        .then(|| WaveSolver::expected_updates_of_modes(wavenumbers, radius, spacing, longest))
 }
 
 impl ModalSolver for FdtdModalSolver {

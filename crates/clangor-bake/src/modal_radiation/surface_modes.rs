@@ -21,6 +21,7 @@ use std::ops::ControlFlow;
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::math::random::SplitMix;
 use clangor_core::sound_model::modal::model::ModalTransfer;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 
@@ -29,7 +30,7 @@ use crate::acceleration::BakeError;
 use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::mesh::remesh::resolution::resolution;
 use crate::modal_radiation::bem_transfer::{BemModalSolver, centred_mirrors};
-use crate::modal_radiation::fdtd_transfer::FdtdModalSolver;
+use crate::modal_radiation::fdtd_transfer::{FdtdModalSolver, expected_updates};
 use crate::radiation::RadiationError;
 
 /// CPU-s per square of the unknowns, and per cube of those of a system.
@@ -43,6 +44,43 @@ const UPDATES: f64 = 8e8;
 const CHEAP: f64 = 100.0;
 /// Cost ratio above which the less accurate finite differences are chosen.
 const PREFERENCE: f64 = 4.0;
+
+/// Whether modes are simulated in time that take boundary elements so many CPU-s, infinitely many where they
+/// do not fit, or so many cell updates.
+fn in_time(elements: f64, updates: f64) -> bool {
+    elements >= CHEAP && elements > PREFERENCE * updates / UPDATES
+}
+
+/// Expected k of modes up to `highest` [1/m].
+fn even_wavenumbers(modes: usize, highest: f64) -> Vec<f64> {
+    (0..modes).map(|i| (i as f64 + 0.5) / modes as f64 * highest).collect()
+}
+
+/// Expected CPU-s of the cheaper adequate method for a number of modes up to `highest` [1/m], if boundary
+/// elements take so many, of a body of this bounding radius and wall \[m\]; `None` if neither fits.
+pub(crate) fn expected_seconds(
+    elements: Option<f64>,
+    (modes, highest): (usize, f64),
+    sizes: (f64, f64),
+    has_cavities: bool,
+) -> Option<f64> {
+    let elements = elements.unwrap_or(f64::INFINITY);
+    let chosen = elements >= CHEAP
+        && expected_updates(&even_wavenumbers(modes, highest), sizes, has_cavities)
+            .is_some_and(|updates| in_time(elements, updates));
+    match chosen {
+        true => expected_updates(&random_wavenumbers(modes, highest), sizes, has_cavities)
+            .map(|updates| updates / UPDATES),
+        false => Some(elements).filter(|seconds| seconds.is_finite()),
+    }
+}
+
+/// k of modes up to `highest` [1/m] as they lie in a solid: more at high frequencies, and some so close
+/// together that they share no run.
+fn random_wavenumbers(modes: usize, highest: f64) -> Vec<f64> {
+    let mut random = SplitMix::new(1);
+    (0..modes).map(|_| highest * random.uniform(0.0, 1.0).cbrt()).collect()
+}
 
 /// The modes of a closed surface by the cheaper adequate method.
 #[derive(Clone, Debug)]
@@ -68,14 +106,15 @@ impl SurfaceModes {
         let parts = f64::from(1_u32 << planes);
         let all = fineness.unknowns as f64;
         let system = all / parts;
-        let elements = AVERAGE * modes as f64 * (ASSEMBLY * all * system + FACTORISATION * system.powi(3));
         let fits = system <= MOST_UNKNOWNS as f64;
-        if !(fits && elements < CHEAP) {
+        let elements = match fits {
+            true => AVERAGE * modes as f64 * (ASSEMBLY * all * system + FACTORISATION * system.powi(3)),
+            false => f64::INFINITY,
+        };
+        if elements >= CHEAP {
             match FdtdModalSolver::try_new(surface, highest, fineness.wall) {
                 Ok(fdtd) => {
-                    let spread = |i: usize| (i as f64 + 0.5) / modes as f64 * highest;
-                    let wavenumbers: Vec<f64> = (0..modes).map(spread).collect();
-                    if !fits || elements > PREFERENCE * fdtd.updates(&wavenumbers) / UPDATES {
+                    if in_time(elements, fdtd.updates(&even_wavenumbers(modes, highest))) {
                         return Ok(SurfaceModes::Fdtd(Box::new(fdtd)));
                     }
                 }

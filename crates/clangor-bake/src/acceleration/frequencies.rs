@@ -15,7 +15,7 @@ use glam::DVec3;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use super::motion_fits::{CHOSEN_AGAIN, MotionFits, doubt, peaks_between};
+use super::motion_fits::{MotionFits, doubt, kept_nodes, peaks_between};
 use super::{BakeError, BakeProgress, Resumption, SolvedFrequency};
 use crate::fitting::comparison::directions;
 use crate::fitting::rational::{
@@ -123,8 +123,9 @@ pub(super) fn solve_band(
             return Ok(common_fit(fits, &samples, (radius, band.highest, tolerance), by_motion));
         }
         // Next test frequencies: where the fits are least certain.
+        let left = band.most_solves.saturating_sub(functions.len());
         pending = match &motions {
-            Some(fits) => least_certain(&functions, TESTS_OF_MANY, &|s| fits.doubt(s)),
+            Some(fits) => least_certain(&functions, left.clamp(TESTS, TESTS_OF_MANY), &|s| fits.doubt(s)),
             None => least_certain(&functions, TESTS, &|s| doubt(&functions, &now, s)),
         };
         last = Some(now);
@@ -134,8 +135,7 @@ pub(super) fn solve_band(
 
 /// Nodes of the fit to the samples before, from which that to so many starts.
 fn known_nodes(last: Option<&NestedFits>, samples: usize) -> &[usize] {
-    let support = last.filter(|_| samples >= MANY).map_or(&[][..], |fits| &fits.best.support);
-    &support[..support.len().saturating_sub(CHOSEN_AGAIN)]
+    last.filter(|_| samples >= MANY).map_or(&[], kept_nodes)
 }
 
 /// Initial κ: uniform, two near zero, and those above the highest.

@@ -23,7 +23,7 @@ use crate::radiation::RadiationSample;
 /// Samples made for each node of the densest motion.
 const PER_NODE: usize = 5;
 /// Nodes of an earlier fit, the last ones, that a fit to more samples chooses again.
-pub(super) const CHOSEN_AGAIN: usize = 4;
+const CHOSEN_AGAIN: usize = 4;
 
 /// The fit of each motion, and the functions that it was fitted to.
 pub(super) struct MotionFits {
@@ -37,10 +37,7 @@ impl MotionFits {
     pub(super) fn new(functions: &[FunctionSample], tolerance: f64, before: Option<&MotionFits>) -> Self {
         let functions: Vec<Vec<FunctionSample>> =
             (0..RIGID_DOFS).map(|d| functions.iter().map(|f| of_motion(f, d)).collect()).collect();
-        let from = |d: usize| {
-            let known = before.map_or(&[][..], |before| &before.fits[d].best.support);
-            &known[..known.len().saturating_sub(CHOSEN_AGAIN)]
-        };
+        let from = |d: usize| before.map_or(&[][..], |before| kept_nodes(&before.fits[d]));
         let fit = |(d, own): (usize, &Vec<FunctionSample>)| fit_from(own, from(d), tolerance, own.len());
         let fits = functions.iter().enumerate().map(fit).collect();
         MotionFits { functions, fits }
@@ -128,6 +125,12 @@ impl MotionFits {
         shares.iter_mut().flat_map(|(_, share)| share).for_each(|share| *share /= below);
         Shares(shares)
     }
+}
+
+/// The nodes with which a fit to more samples starts.
+pub(super) fn kept_nodes(fits: &NestedFits) -> &[usize] {
+    let support = &fits.best.support;
+    &support[..support.len().saturating_sub(CHOSEN_AGAIN)]
 }
 
 /// Shares of samples in a value between them: of each sample's value, and of its conjugate.

@@ -109,7 +109,7 @@ fn kills_at_any_instant_leave_the_old_file_or_the_new_one() {
         println!("left out: process namespaces are not permitted here");
         return;
     }
-    let number = |name: &str, default| std::env::var(name).map_or(default, |text| text.parse().unwrap());
+    let number = |name: &str, default: u32| std::env::var(name).map_or(default, |text| text.parse().unwrap());
     let (kills, seed) = (number("CLANGOR_KILLS", 8), number("CLANGOR_KILLS_SEED", 1));
     let folder = prepared();
     let folder = folder.path();

@@ -151,13 +151,16 @@ impl UnitLoads {
 
     /// The corner of largest principal stress, and the stress there \[Pa\]; all vertices must be stored.
     pub(super) fn maximum(&self, forces: &[(usize, DVec3)]) -> (usize, SymmetricTensor) {
+        // Relative to the largest force, so that rounding is the same however strong all are.
+        let strongest = forces.iter().map(|(_, force)| force.length()).fold(0.0, f64::max);
+        let scale = if strongest > 0.0 { strongest } else { 1.0 };
         // Force components in the frames of the vertices, with their columns.
         let terms: Vec<(&[f32], f32)> = forces
             .iter()
             .flat_map(|(vertex, force)| {
                 let slot = &self.slots[self.slot_of[*vertex] as usize];
                 let along = slot.frame.transpose() * *force;
-                (0..3).map(move |a| (&slot.columns[6 * a * self.corners..], along[a] as f32))
+                (0..3).map(move |a| (&slot.columns[6 * a * self.corners..], (along[a] / scale) as f32))
             })
             .filter(|(_, factor)| *factor != 0.0)
             .collect();
@@ -185,6 +188,6 @@ impl UnitLoads {
                 }
             }
         }
-        (place, there)
+        (place, there * scale)
     }
 }

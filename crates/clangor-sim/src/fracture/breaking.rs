@@ -417,8 +417,8 @@ struct Cut {
 }
 
 impl Energy {
-    /// When a body that breaks at an instant falls apart \[s\], and the most energy that cracks and the motion
-    /// of the pieces can have \[J\].
+    /// When a body that breaks at an instant falls apart \[s\], and the most energy that is left for cracks
+    /// and the motion of the pieces \[J\].
     fn most_at(&self, loads: &[ContactLoad], strained: &Strained) -> (f64, f64) {
         match self.model {
             Load::History => most_stored(loads, strained.time, self.crack_time),

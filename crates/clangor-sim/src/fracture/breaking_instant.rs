@@ -315,7 +315,7 @@ mod tests {
         let family = of(1e8);
         let mut stress = StressBody::new(mesh, &family.constants, &StressOptions::default()).unwrap();
         // The force that reaches the strength, and a pulse of twice that force. Tension as the search has it,
-        // from columns in single precision; a solve differs by 4e-9.
+        // from columns in single precision.
         let unit = PointLoad { point: DVec3::Y * 0.02, force: DVec3::NEG_Y };
         let tension = stress.maximum_tension(&[unit]).unwrap().stress;
         let (deepest, speed) = (1e-3, 4.0);

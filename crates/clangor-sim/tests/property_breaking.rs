@@ -5,6 +5,8 @@
 
 mod brittle;
 
+use std::thread;
+
 use clangor_core::body::Body;
 use clangor_core::glam::DVec3;
 use clangor_core::material::presets;
@@ -78,24 +80,23 @@ fn the_same_seed_breaks_alike() {
 
 #[test]
 fn the_outcome_depends_little_on_the_time_step() {
-    // Ten seeds at each step, from just above the floor.
+    // Forty seeds at each step, from just above the floor. Counts of one step spread by 3.3, so that the mean of
+    // forty is known to 4 %.
     let count = |step: f64| {
-        let mut counts: Vec<usize> = (0..10)
-            .map(|seed| {
-                let (world, breakables) = tile(150.0, (0.03, 4.0), 12.0, Breaking::default(), seed);
-                let whole = world.bodies[0].mass;
-                let seen = run(&world, breakables, step, 0.06);
-                assert!(seen.most_energy <= 1.0 + 1e-9, "energy grew to {}", seen.most_energy);
-                seen.masses(whole).len()
-            })
-            .collect();
-        counts.sort_unstable();
-        println!("{:.0} Hz: {counts:?}", 1.0 / step);
-        0.5 * (counts[4] + counts[5]) as f64
+        let counts = (0..40).map(|seed| {
+            let (world, breakables) = tile(150.0, (0.03, 4.0), 12.0, Breaking::default(), seed);
+            let whole = world.bodies[0].mass;
+            let seen = run(&world, breakables, step, 0.06);
+            assert!(seen.most_energy <= 1.0 + 1e-9, "energy grew to {}", seen.most_energy);
+            seen.masses(whole).len()
+        });
+        counts.sum::<usize>() as f64 / 40.0
     };
-    let [slow, middle, fast] = [1.0 / 5e3, 1.0 / 1e4, 1.0 / 2e4].map(count);
-    println!("medians {slow} {middle} {fast}");
-    // Tolerance of the method: a fifth.
+    let [slow, middle, fast] = thread::scope(|scope| {
+        [1.0 / 5e3, 1.0 / 1e4, 1.0 / 2e4].map(|step| scope.spawn(move || count(step))).map(|c| c.join().unwrap())
+    });
+    println!("means {slow} {middle} {fast}");
+    // Tolerance of the method: a fifth. Seen: 15 % fewer pieces at 5 kHz, 1.5 % more at 20 kHz.
     for other in [slow, fast] {
         assert!((other / middle - 1.0).abs() <= 0.2, "{slow} {middle} {fast}");
     }

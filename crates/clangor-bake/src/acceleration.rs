@@ -6,6 +6,7 @@ mod frequencies;
 mod motion_fits;
 pub(crate) mod plan;
 mod prepared;
+mod sketch;
 mod solvers;
 
 use std::ops::ControlFlow;
@@ -19,7 +20,7 @@ use clangor_core::sound_model::acceleration::model::AccelerationModel;
 use clangor_core::sound_model::acceleration::near_field::NearField;
 use num_complex::{Complex32, Complex64};
 
-pub(crate) use self::cavities::has_cavities;
+pub(crate) use self::cavities::{has_cavities, has_narrow_mouth};
 pub use self::draft::DRAFT_ACCURACY;
 pub(crate) use self::draft::{meridian_options, suits_meridian};
 use self::frequencies::{Band, FittedBand, solve_band};
@@ -235,6 +236,9 @@ pub fn bake_with(
     fitted_model(solver, &SolvePlan::uniform(spacing), options, resumption, progress)
 }
 
+/// Solves that any band may need.
+const LEAST_SOLVES: usize = 24;
+
 /// Which frequencies are solved.
 struct SolvePlan {
     /// Of the first ones, in κ.
@@ -273,7 +277,7 @@ fn fitted_model(
         above: plan.above.clone(),
         order,
         tolerance: 0.5 * options.accuracy,
-        most_solves: plan.most_solves.unwrap_or(((3.0 * highest / plan.spacing) as usize).max(24)),
+        most_solves: plan.most_solves.unwrap_or(((3.0 * highest / plan.spacing) as usize).max(LEAST_SOLVES)),
     };
     let fitted = solve_band(solver, &band, resumption, progress)?;
     let mut warnings = Vec::new();

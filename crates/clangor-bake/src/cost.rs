@@ -26,7 +26,7 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 
 use crate::acceleration::plan::{CAVITY_DENSITY, LONGEST, SOLID_SPACING};
-use crate::acceleration::{BakeOptions, Method, has_cavities};
+use crate::acceleration::{BakeOptions, Method, has_cavities, has_narrow_mouth};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::cost::operations::MOST_OPERATIONS;
@@ -77,7 +77,7 @@ pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
         BakeGeometry::Axisymmetric { meridian, axis } if options.method != Method::Fdtd => {
             let settings = AxisymmetricOptions::new(options.max_wavenumber);
             let unknowns = AxisymmetricSolver::new(meridian, *axis, settings).unknowns();
-            operations::meridian(unknowns, kappa, SOLID_SPACING)
+            operations::meridian(unknowns, kappa, has_narrow_mouth(meridian))
         }
         BakeGeometry::Ellipsoid { .. } | BakeGeometry::RoundedBox { .. }
             if options.method != Method::Fdtd =>

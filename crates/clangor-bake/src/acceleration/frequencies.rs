@@ -16,6 +16,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use super::motion_fits::{MotionFits, doubt, kept_nodes, peaks_between};
+use super::sketch::sketched;
 use super::{BakeError, BakeProgress, Resumption, SolvedFrequency};
 use crate::fitting::comparison::directions;
 use crate::fitting::rational::{
@@ -63,6 +64,8 @@ pub(super) struct FittedBand {
 
 /// Most fits after the first one of all motions together.
 const MOST_REFITS: usize = 4;
+/// Error of the common fit in that of the fits of each motion, where these miss the tolerance.
+const COMMON_SHARE: f64 = 0.1;
 /// Samples from which on motions are also fitted by themselves.
 const MANY: usize = 40;
 
@@ -79,6 +82,8 @@ pub(super) fn solve_band(
     let planned = pending.len() + TESTS;
     let mut samples: Vec<RadiationSample> = Vec::new();
     let mut functions: Vec<FunctionSample> = Vec::new();
+    // What is fitted: the functions, or with many samples sums of them.
+    let mut fitted: Vec<FunctionSample> = Vec::new();
     let mut last: Option<NestedFits> = None;
     let mut last_motions: Option<MotionFits> = None;
     let tolerance = 0.3 * band.tolerance;
@@ -102,23 +107,22 @@ pub(super) fn solve_band(
         let by_motion = last_motions.as_ref().map_or(f64::INFINITY, |fits| worst(&|t| fits.error_at(t)));
         // Rational fit of all samples, and of each motion where there are many.
         functions.extend(tested);
-        let now =
-            fit_from(&functions, known_nodes(last.as_ref(), functions.len()), tolerance, functions.len());
+        fitted = if functions.len() < MANY { functions.clone() } else { extended(fitted, &functions) };
+        let now = fit_from(&fitted, known_nodes(last.as_ref(), functions.len()), tolerance, functions.len());
         let used_up = functions.len() + TESTS > band.most_solves;
         // Accept once a held-out error meets the tolerance or the solves are used up.
         if last.is_some() && (held_out <= band.tolerance || used_up && held_out <= by_motion) {
             // A fit that went on from another one may have more nodes than it needs.
             let is_whole = functions.len() < MANY;
-            let fit =
-                if is_whole { now.best } else { fit_nested(&functions, tolerance, functions.len()).best };
+            let fit = if is_whole { now.best } else { fit_nested(&fitted, tolerance, functions.len()).best };
             let ring_time = ring_time(&functions, &fit, band.highest);
             let order = ascending(&functions);
             let solves = samples.len();
             let fit = renumbered(fit, &order);
             return Ok(FittedBand { samples: reordered(samples, &order), fit, solves, held_out, ring_time });
         }
-        let motions =
-            (functions.len() >= MANY).then(|| MotionFits::new(&functions, tolerance, last_motions.as_ref()));
+        let motions = (functions.len() >= MANY)
+            .then(|| MotionFits::new(&functions, &fitted, tolerance, last_motions.as_ref()));
         if let Some(fits) = motions.as_ref().filter(|_| by_motion <= band.tolerance || used_up) {
             return Ok(common_fit(fits, &samples, (radius, band.highest, tolerance), by_motion));
         }
@@ -131,6 +135,15 @@ pub(super) fn solve_band(
         last = Some(now);
         last_motions = motions;
     }
+}
+
+/// Sums of the functions: those there are, if they are sums, and those of the samples that they lack.
+fn extended(mut sums: Vec<FunctionSample>, functions: &[FunctionSample]) -> Vec<FunctionSample> {
+    if sums.first().is_some_and(|sum| sum.group == functions[0].group) {
+        sums.clear();
+    }
+    sums.extend(functions[sums.len()..].iter().map(sketched));
+    sums
 }
 
 /// Nodes of the fit to the samples before, from which that to so many starts.
@@ -157,12 +170,16 @@ fn common_fit(
     (radius, highest, tolerance): (f64, f64, f64),
     held_out: f64,
 ) -> FittedBand {
+    // No closer than the fits of the motions are themselves: the rest would be poles of their errors.
+    let tolerance = tolerance.max(COMMON_SHARE * held_out);
     let mut samples = motions.resampled(solved, radius);
     let mut functions: Vec<FunctionSample> = samples.par_iter().map(|s| functions_of(s, radius)).collect();
-    let mut fit = fit_nested(&functions, tolerance, functions.len()).best;
+    let mut sums: Vec<FunctionSample> = functions.iter().map(sketched).collect();
+    let mut fits = fit_nested(&sums, tolerance, functions.len());
     // Its own poles between the samples made are tested by samples there.
     for _ in 0..MOST_REFITS {
-        let added: Vec<RadiationSample> = peaks_between(&functions, &fit, tolerance)
+        let fit = &fits.best;
+        let added: Vec<RadiationSample> = peaks_between(&functions, fit, tolerance)
             .into_iter()
             .map(|kappa| motions.sample_at(kappa, solved, radius))
             .filter(|sample| {
@@ -175,8 +192,10 @@ fn common_fit(
         }
         functions.extend(added.iter().map(|sample| functions_of(sample, radius)));
         samples.extend(added);
-        fit = fit_nested(&functions, tolerance, functions.len()).best;
+        sums = extended(sums, &functions);
+        fits = fit_from(&sums, kept_nodes(&fits), tolerance, functions.len());
     }
+    let fit = fits.best;
     for i in &fit.support {
         motions.add_surface(&mut samples[*i], solved, radius);
     }

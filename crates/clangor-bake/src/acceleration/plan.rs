@@ -19,7 +19,7 @@ use clangor_core::medium::Medium;
 use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
 
-use super::cavities::has_cavities;
+use super::cavities::{has_cavities, has_narrow_mouth};
 use super::{BakeError, BakeOptions, MOST_ORDER, Method, multipole_order};
 use crate::bem::axisymmetric::{self, AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::{self, SymmetricPatchSolver};
@@ -311,7 +311,7 @@ fn exact(choice: &BoundaryChoice<'_>, accuracy: f64, k: f64, kappa: f64) -> Opti
         BoundaryChoice::Meridian(Axisymmetry { meridian, axis }) => {
             let settings = AxisymmetricOptions::new(k);
             let unknowns = AxisymmetricSolver::new(meridian, *axis, settings).unknowns();
-            let operations = operations::meridian(unknowns, kappa, SOLID_SPACING);
+            let operations = operations::meridian(unknowns, kappa, has_narrow_mouth(meridian));
             let fill = unknowns as f64 / axisymmetric::MOST_UNKNOWNS as f64;
             Some((Candidate::Meridian, Need { operations, fill, growth: 1 }))
         }

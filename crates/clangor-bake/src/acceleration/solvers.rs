@@ -7,10 +7,11 @@ use std::time::Duration;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
+use super::cavities::has_narrow_mouth;
 use super::draft::prepare_draft;
 use super::plan::{Candidate, FieldPlan, SOLID_SPACING, fine, large_cells, longest, mirrors};
 use super::prepared::Prepared;
-use super::{BakeError, BakeOptions, BakeProgress, multipole_order};
+use super::{BakeError, BakeOptions, BakeProgress, LEAST_SOLVES, multipole_order};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::{Equation, TriangleSolver};
@@ -96,11 +97,16 @@ fn symmetric_patches(solver: SymmetricPatchSolver, highest: f64) -> Prepared {
     }
 }
 
+/// Most solves for each unit of κ of a vessel with a narrow mouth: a sphere of 55 mm with a mouth of 19 mm has
+/// some 130 resonances up to κ = 20.
+const SOLVES_OF_VESSEL: f64 = 12.0;
+
 /// Boundary elements on the meridian.
 fn meridian(Axisymmetry { meridian, axis }: &Axisymmetry<'_>, options: &BakeOptions) -> Prepared {
     let settings = AxisymmetricOptions::new(options.max_wavenumber);
     let mut solver = AxisymmetricSolver::new(meridian, *axis, settings);
     let unknowns = solver.unknowns();
+    let of_vessel = (SOLVES_OF_VESSEL * options.max_wavenumber * meridian.bounding_radius()) as usize;
     if options.near_field {
         solver = solver.with_surface(NEAR_FIELD_EDGES);
     }
@@ -112,7 +118,7 @@ fn meridian(Axisymmetry { meridian, axis }: &Axisymmetry<'_>, options: &BakeOpti
         unknowns,
         warnings: Vec::new(),
         above: Vec::new(),
-        most_solves: None,
+        most_solves: has_narrow_mouth(meridian).then_some(of_vessel.max(LEAST_SOLVES)),
     }
 }
 

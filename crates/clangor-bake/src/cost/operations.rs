@@ -8,13 +8,14 @@
 //!               F ( Σ_classes 0.43 n³ + 250 g n² ) + …  where anchors do not fit, or n ≤ 1200
 //!               F ( Σ_classes 0.43 n³ + 1500 g n² )     where the tables do not fit
 //! patches       F 6 ( 4 n³ + 300 n² )
-//! meridian      F 3400 n²
+//! meridian      F 3400 n², twice for a vessel with a narrow mouth
 //! time domain   6 · 12.5 cells · steps
 //! ```
 //!
 //! An estimate is good to a factor of two or three: the number of frequencies depends on the resonances of
 //! the body.
 
+use crate::acceleration::plan::SOLID_SPACING;
 use crate::bem::triangles::sweep::anchors::{FEW, SPACING as ANCHOR_SPACING, WIDEST};
 use crate::bem::triangles::sweep::{MEMORY as SWEEP_MEMORY, SHORTEST};
 
@@ -24,6 +25,9 @@ const TABLES: f64 = 7.0;
 
 /// Operations that no field takes without being asked for by its method: some ten minutes of two cores.
 pub(crate) const MOST_OPERATIONS: f64 = 1.2e13;
+
+/// Spacing in κ of all solves of a vessel with a narrow mouth.
+const VESSEL_DENSITY: f64 = 0.15;
 
 /// Frequencies beyond those of the spacing: near zero, and for tests.
 const MORE_FREQUENCIES: f64 = 12.0;
@@ -63,9 +67,14 @@ pub(crate) fn patches(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
     frequencies(kappa, spacing) * 6.0 * (4.0 * n.powi(3) + 300.0 * n * n)
 }
 
-/// A meridian with `unknowns` at the highest frequency.
-pub(crate) fn meridian(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
-    frequencies(kappa, spacing) * 3400.0 * (unknowns as f64).powi(2)
+/// A meridian with `unknowns` at the highest frequency. The resonances of a vessel with a narrow mouth need many
+/// frequencies, and their fit takes about as long again as the solves.
+pub(crate) fn meridian(unknowns: usize, kappa: f64, has_narrow_mouth: bool) -> f64 {
+    let each = 3400.0 * (unknowns as f64).powi(2);
+    match has_narrow_mouth {
+        true => 2.0 * frequencies(kappa, VESSEL_DENSITY) * each,
+        false => frequencies(kappa, SOLID_SPACING) * each,
+    }
 }
 
 /// Six motions on a grid.

@@ -76,7 +76,7 @@ export class Sound extends EventTarget {
       this.context ??= new AudioContext({ latencyHint: BUFFER });
       this.context.onstatechange = () => this.say('state', null);
       const resumed = this.context.resume();
-      this.built ??= this.build(this.context, connectWorld);
+      this.built ??= this.build(this.context, resumed, connectWorld);
       await Promise.all([this.built, resumed]);
       this.refused = false;
     } catch (error) {
@@ -92,10 +92,15 @@ export class Sound extends EventTarget {
   /**
    * The graph, once.
    * @param {AudioContext} context
+   * @param {Promise<void>} resumed when the context runs
    * @param {(port: MessagePort, sampleRate: number) => void} connectWorld
    */
-  async build(context, connectWorld) {
-    await context.audioWorklet.addModule(new URL('sound-worklet.js', document.baseURI).href);
+  async build(context, resumed, connectWorld) {
+    const loaded = context.audioWorklet.addModule(new URL('sound-worklet.js', document.baseURI).href);
+    await Promise.all([loaded, resumed]);
+    // Firefox asks PulseAudio for the latency at the first read, keeps it, and hangs for good if the audio thread
+    // computes meanwhile. Without the node, that thread is idle.
+    void context.outputLatency;
     const node = new AudioWorkletNode(context, 'clangor', {
       numberOfInputs: 0,
       outputChannelCount: [2],

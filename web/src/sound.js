@@ -20,6 +20,13 @@
 /** Output buffer requested [s]: twice the shortest, which avoids gaps on a busy computer. */
 const BUFFER = 0.02;
 
+/** Whether a read of the output's latency can hang the page for good: Firefox asks PulseAudio, which waits for the
+ * audio thread, which waits for the reader. */
+const LATENCY_HANGS = /Linux.*Firefox/.test(globalThis.navigator?.userAgent);
+
+/** Output latency where it is not read [s]: that of Firefox with PulseAudio's null sink. */
+const USUAL_LATENCY = 0.045;
+
 /** Impacts that wait for the audio thread, at most; a visitor taps less often while it starts. */
 const MOST_WAITING = 64;
 
@@ -76,7 +83,7 @@ export class Sound extends EventTarget {
       this.context ??= new AudioContext({ latencyHint: BUFFER });
       this.context.onstatechange = () => this.say('state', null);
       const resumed = this.context.resume();
-      this.built ??= this.build(this.context, resumed, connectWorld);
+      this.built ??= this.build(this.context, connectWorld);
       await Promise.all([this.built, resumed]);
       this.refused = false;
     } catch (error) {
@@ -92,15 +99,10 @@ export class Sound extends EventTarget {
   /**
    * The graph, once.
    * @param {AudioContext} context
-   * @param {Promise<void>} resumed when the context runs
    * @param {(port: MessagePort, sampleRate: number) => void} connectWorld
    */
-  async build(context, resumed, connectWorld) {
-    const loaded = context.audioWorklet.addModule(new URL('sound-worklet.js', document.baseURI).href);
-    await Promise.all([loaded, resumed]);
-    // Firefox asks PulseAudio for the latency at the first read, keeps it, and hangs for good if the audio thread
-    // computes meanwhile. Without the node, that thread is idle.
-    void context.outputLatency;
+  async build(context, connectWorld) {
+    await context.audioWorklet.addModule(new URL('sound-worklet.js', document.baseURI).href);
     const node = new AudioWorkletNode(context, 'clangor', {
       numberOfInputs: 0,
       outputChannelCount: [2],
@@ -208,11 +210,12 @@ export class Sound extends EventTarget {
   }
 
   /**
-   * The audible time of the context [s], from the browser's output timestamp.
+   * The audible time of the context [s], from the browser's output timestamp where it may be read.
    */
   audibleTime() {
     const { context } = this;
     if (!context) return 0;
+    if (LATENCY_HANGS) return context.currentTime - USUAL_LATENCY;
     const stamp = context.getOutputTimestamp();
     const now = performance.now();
     if (stamp.contextTime && stamp.performanceTime && now - stamp.performanceTime < 500) {

@@ -14,6 +14,9 @@ const SCENES = ['drops', 'cradle', 'pool', 'trick', 'pile', 'sculpture', 'object
 /** Seconds of sound in which every scene has been heard: the slowest is the first swing of the springs. */
 const SOON = 3;
 
+/** Longest time of a test [ms]: the driver waits for a page that hangs without end. */
+const LONGEST = 5 * PATIENCE.timeout;
+
 /** Part of the window that is tapped: beside the middle, where most scenes have nothing. */
 const TAPPED = [0.42, 0.4];
 
@@ -160,10 +163,14 @@ for (const [shift, browser] of BROWSERS.entries()) {
       const scenes = SCENES.filter(
         (_, index) => process.env.EVERY_GESTURE || (index + shift) % names.length === turn,
       );
-      test(`is heard and logged: ${name}`, async () => {
+      test(`is heard and logged: ${name}`, { timeout: LONGEST }, async () => {
         for (const scene of scenes) await tryFirst(scene, name);
       });
     }
-    test('two taps before the sound runs are two impacts, each logged with its own values', tryTwoTaps);
+    test(
+      'two taps before the sound runs are two impacts, each logged with its own values',
+      { timeout: LONGEST },
+      tryTwoTaps,
+    );
   });
 }

@@ -1,12 +1,12 @@
-// A real Chromium or Firefox without a window, with a profile of its own, on the page that is served from
-// web/dist: for tests, for screenshots and for the soak run. CHROMIUM and FIREFOX name the programs, CLANGOR_PAGE
-// an address where the page is served already.
+// A real Chromium or Firefox that shows no window, with a profile of its own, on the page that is served from
+// web/dist: for tests, for screenshots and for the soak run. CHROMIUM and FIREFOX name the programs,
+// CLANGOR_PAGE an address where the page is served already.
 
 import { mkdtemp, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
-import { giveFinger, launchFirefox } from './firefox.mjs';
+import { adjustDriver, launchFirefox } from './firefox.mjs';
 import { serveDist } from './static-server.mjs';
 
 const FLAGS = [
@@ -53,7 +53,7 @@ export async function openBrowser({ browser: kind = 'chromium', autoplay = true,
     /** A page, and its errors, rejected promises, and requests that leave this machine or fail. */
     async open(hash = '') {
       const page = await browser.newPage();
-      if (kind === 'firefox') giveFinger(page);
+      if (kind === 'firefox') adjustDriver(page);
       /** @type {string[]} */
       const complaints = [];
       page.on('console', (message) => {

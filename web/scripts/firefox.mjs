@@ -13,16 +13,8 @@ const QUIET = {
   'services.settings.server': 'data:,#',
 };
 
-/** Sound may start without a gesture. */
-const FREE_SOUND = { 'media.autoplay.default': 0 };
-
-// A script of the driver counts as a gesture for Firefox, and the first one allows sound for good. With these,
-// a gesture allows sound while it is fresh, so that `letGesturesFade` undoes what scripts did.
-const GUARDED_SOUND = {
-  'media.autoplay.default': 1,
-  'media.autoplay.blocking_policy': 1,
-  'dom.user_activation.transient.timeout': 200,
-};
+/** Values of `media.autoplay.default`. */
+const AUTOPLAY = { allowed: 0, blocked: 1 };
 
 /** What Firefox needs and this machine has not, or null. */
 export function missingForFirefox() {
@@ -47,7 +39,10 @@ export async function launchFirefox(profile, { autoplay, context }) {
       executablePath: PROGRAM,
       headless: false,
       env: { ...process.env, DISPLAY: screen.display, PULSE_SERVER: sink.server },
-      firefoxUserPrefs: { ...QUIET, ...(autoplay ? FREE_SOUND : GUARDED_SOUND) },
+      firefoxUserPrefs: {
+        ...QUIET,
+        'media.autoplay.default': autoplay ? AUTOPLAY.allowed : AUTOPLAY.blocked,
+      },
       ...context,
     });
     return { browser, close: () => browser.close().finally(closeDevices) };
@@ -58,13 +53,17 @@ export async function launchFirefox(profile, { autoplay, context }) {
 }
 
 /**
- * Gives the page a finger: Playwright's own does nothing in a browser that is driven by BiDi.
+ * Adjusts what Playwright does in a browser that is driven by BiDi: its taps do nothing there, and each script
+ * that it runs counts as a gesture, which would allow the sound.
  * @param {import('playwright-core').Page} page
  */
-export function giveFinger(page) {
+export function adjustDriver(page) {
   const session = Reflect.get(page, '_connection').toImpl(page).delegate._session;
+  const send = session.send.bind(session);
+  session.send = (/** @type {string} */ command, /** @type {object} */ parameters) =>
+    send(command, command.startsWith('script.') ? { ...parameters, userActivation: false } : parameters);
   page.touchscreen.tap = (x, y) =>
-    session.send('input.performActions', {
+    send('input.performActions', {
       context: session.sessionId,
       actions: [
         {
@@ -79,14 +78,4 @@ export function giveFinger(page) {
         },
       ],
     });
-}
-
-/**
- * Waits until no gesture is fresh, the one that this script itself is for Firefox included.
- * @param {import('playwright-core').Page} page
- */
-export function letGesturesFade(page) {
-  return page.evaluate(async () => {
-    while (navigator.userActivation.isActive) await new Promise((done) => setTimeout(done, 10));
-  });
 }

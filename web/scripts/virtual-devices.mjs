@@ -1,5 +1,5 @@
-// A sound device and a screen for a browser that needs them, on a machine that has none. Firefox without a sound
-// device leaves its AudioContext suspended, and without a screen it has no WebGL.
+// A sound device and a screen for a browser that needs them, on a machine that has none. Firefox without a
+// sound device leaves its AudioContext suspended, and without a screen it has no WebGL.
 
 import { spawn } from 'node:child_process';
 import { existsSync } from 'node:fs';
@@ -33,8 +33,8 @@ function start(program, parameters, options) {
 }
 
 /**
- * A null sink, which takes sound at the rate of a real device and drops it: a PulseAudio apart from that of the
- * user, if there is one.
+ * A null sink, which takes sound at the rate of a real device and drops it: a PulseAudio apart from that of
+ * the user, if there is one.
  * @returns {Promise<{ server: string, close: () => Promise<void> }>} with the value of PULSE_SERVER
  */
 export async function openSink() {

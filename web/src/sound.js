@@ -20,6 +20,13 @@
 /** Output buffer requested [s]: twice the shortest, which avoids gaps on a busy computer. */
 const BUFFER = 0.02;
 
+/** Whether a read of the output's latency can hang the page for good: Firefox asks PulseAudio, which waits for
+ * the audio thread, which waits for the reader. */
+const LATENCY_HANGS = /Linux.*Firefox/.test(globalThis.navigator?.userAgent);
+
+/** Output latency where it is not read [s]: that of Firefox with PulseAudio's null sink. */
+const USUAL_LATENCY = 0.045;
+
 /** Impacts that wait for the audio thread, at most; a visitor taps less often while it starts. */
 const MOST_WAITING = 64;
 
@@ -203,11 +210,12 @@ export class Sound extends EventTarget {
   }
 
   /**
-   * The audible time of the context [s], from the browser's output timestamp.
+   * The audible time of the context [s], from the browser's output timestamp where it may be read.
    */
   audibleTime() {
     const { context } = this;
     if (!context) return 0;
+    if (LATENCY_HANGS) return context.currentTime - USUAL_LATENCY;
     const stamp = context.getOutputTimestamp();
     const now = performance.now();
     if (stamp.contextTime && stamp.performanceTime && now - stamp.performanceTime < 500) {

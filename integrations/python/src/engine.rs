@@ -22,7 +22,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use self::block::{Block, frames_of};
-use self::events::{Collision, Met, Motion, Struck};
+use self::events::{Collision, Met, Motion, StrikeCall};
 use self::numbers::{Slot, number, points};
 use self::settings::settings;
 use crate::errors::raised;
@@ -211,11 +211,11 @@ impl Engine {
     fn strike(&self, py: Python<'_>, slot: Slot, options: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
         let Slot(slot) = slot;
         let options = options.cloned().unwrap_or_else(|| PyDict::new(py));
-        let struck = Struck::of(&options)?;
-        let time = self.time_of(&options)?;
+        let struck = StrikeCall::of(&options)?;
         let held = self.held(slot)?;
         let events = py.detach(|| struck.events(slot, &held))?;
-        self.send_at(time, events)
+        // The engine may have gone on meanwhile.
+        self.send_at(self.time_of(&options)?, events)
     }
 
     /// A contact of the body in a slot with the body in another one, or with flat ground of a material.
@@ -233,7 +233,6 @@ impl Engine {
         let Slot(slot) = slot;
         let options = options.cloned().unwrap_or_else(|| PyDict::new(py));
         let collision = Collision::of(&options)?;
-        let time = self.time_of(&options)?;
         let held = self.held(slot)?;
         let met = match partner.extract::<usize>() {
             Ok(other) if other == slot => {
@@ -245,7 +244,7 @@ impl Engine {
             Err(_) => Met::ground(partner)?,
         };
         let events = py.detach(|| collision.events((slot, &held), &met))?;
-        self.send_at(time, events)
+        self.send_at(self.time_of(&options)?, events)
     }
 
     /// An impact as the engine takes it: on the body in a slot, or on a sphere without modes of a radius [m].

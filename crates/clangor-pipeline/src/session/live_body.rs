@@ -152,8 +152,8 @@ impl LiveBody {
         Ok(events(&pulses, targets).map(|event| placed(event, pose)).collect())
     }
 
-    /// The events at time 0 of an impact of the body in a slot, at a pose, with what it meets. The restitution
-    /// is that of the pair of materials; there is no friction.
+    /// The events at time 0 of an impact of the body in a slot, at a pose, with what it meets. Restitution is
+    /// that of the pair of materials; there is no friction.
     ///
     /// # Errors
     /// [`Error::Strike`] for a meeting that has no forces.

@@ -37,12 +37,12 @@ const IMPACT_KEYWORDS: &[&str] = &[
 ];
 
 /// A strike: its force and its point, in the axes of the body.
-pub(crate) struct Struck {
+pub(crate) struct StrikeCall {
     force: StrikeForce,
     point: Option<DVec3>,
 }
 
-impl Struck {
+impl StrikeCall {
     pub(crate) fn of(options: &Bound<'_, PyDict>) -> PyResult<Self> {
         check_keywords(options, &["impulse", "striker", "point", "time"])?;
         let impulse = optional_point(options, "impulse")?;
@@ -54,7 +54,7 @@ impl Struck {
                 StrikeForce::Impulse { impulse: impulse.unwrap_or(DEFAULT_IMPULSE), duration: None }
             }
         };
-        Ok(Struck { force, point: optional_point(options, "point")? })
+        Ok(StrikeCall { force, point: optional_point(options, "point")? })
     }
 
     pub(crate) fn events(self, slot: usize, held: &Held) -> PyResult<Vec<ImpactEvent>> {

@@ -22,7 +22,7 @@ pub(super) fn settings(listeners: usize, options: Option<&Bound<'_, PyDict>>) ->
     let usual = EngineSettings::default();
     let Some(options) = options else { return Ok(usual.with_receivers(listeners)) };
     check_keywords(options, KEYWORDS)?;
-    let mut settings = of_scene(options)?.unwrap_or(usual).with_receivers(listeners);
+    let mut settings = from_scene(options)?.unwrap_or(usual).with_receivers(listeners);
     if let Some(hz) = keyword::<u32>(options, "sample_rate")? {
         settings.sample_rate = SampleRate::try_new(hz)
             .map_err(|error| PyValueError::new_err(format!("sample_rate: {error}")))?;
@@ -48,7 +48,7 @@ pub(super) fn settings(listeners: usize, options: Option<&Bound<'_, PyDict>>) ->
 }
 
 /// Acoustics and force profile of the scene in the options, if there is one.
-fn of_scene(options: &Bound<'_, PyDict>) -> PyResult<Option<EngineSettings>> {
+fn from_scene(options: &Bound<'_, PyDict>) -> PyResult<Option<EngineSettings>> {
     let Some(scene) = options.get_item("scene")?.filter(|scene| !scene.is_none()) else { return Ok(None) };
     let session = scene.cast::<Session>().map_err(|error| named("scene", error))?;
     let inner = session.get().lock()?;

@@ -72,4 +72,5 @@ pub use engine_settings::EngineSettings;
 pub use event::{Event, ImpactEvent, ImpactTarget, Part};
 pub use playback_level::PlaybackLevel;
 pub use report::Report;
+pub use scheduler::HORIZON;
 pub use sounding_object::SoundingObject;

@@ -24,6 +24,7 @@ mod builder;
 pub mod compare;
 mod compare_error;
 mod error;
+mod live_body;
 pub mod named_body;
 #[cfg(feature = "playback")]
 mod play;
@@ -54,6 +55,7 @@ pub use self::builder::{SessionBuilder, reseed};
 pub use self::compare::{Compare, Comparison};
 pub use self::compare_error::CompareError;
 pub use self::error::Error;
+pub use self::live_body::{LiveBody, Meeting, Partner};
 pub use self::named_body::{GltfBody, NamedSolid};
 pub use self::progress::{Progress, Stage};
 use self::source::{Motion, Source};

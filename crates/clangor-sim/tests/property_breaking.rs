@@ -80,8 +80,8 @@ fn the_same_seed_breaks_alike() {
 
 #[test]
 fn the_outcome_depends_little_on_the_time_step() {
-    // Forty seeds at each step, from just above the floor. Counts of one step spread by 3.3, so that the mean of
-    // forty is known to 4 %.
+    // Forty seeds at each step, from just above the floor. Counts of one step spread by 3.3, so that the
+    // mean of forty is known to 4 %.
     let count = |step: f64| {
         let counts = (0..40).map(|seed| {
             let (world, breakables) = tile(150.0, (0.03, 4.0), 12.0, Breaking::default(), seed);

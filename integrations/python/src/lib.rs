@@ -1,9 +1,11 @@
-//! The Python module `clangor._clangor`: sessions, strikes, modes and timelines as NumPy arrays.
+//! The Python module `clangor._clangor`: sessions, strikes, modes, timelines and the
+//! real-time engine, with NumPy arrays.
 //!
 //! It converts values and errors, and has no physics of its own. Long work runs without the interpreter's
 //! lock; Ctrl-C stops it.
 
 mod dataset;
+mod engine;
 mod errors;
 mod modes;
 mod progress;
@@ -22,6 +24,7 @@ fn _clangor(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("ClangorError", module.py().get_type::<errors::ClangorError>())?;
     module.add_class::<session::Session>()?;
     module.add_class::<session::Body>()?;
+    module.add_class::<engine::Engine>()?;
     module.add_class::<sound::Sound>()?;
     module.add_class::<strike::StruckSound>()?;
     module.add_class::<dataset::Strikes>()?;

@@ -197,7 +197,7 @@ impl Session {
 
 impl Session {
     /// The session, unless another thread works with it.
-    fn lock(&self) -> PyResult<MutexGuard<'_, clangor::Session<'static>>> {
+    pub(crate) fn lock(&self) -> PyResult<MutexGuard<'_, clangor::Session<'static>>> {
         match self.inner.try_lock() {
             Ok(inner) => Ok(inner),
             Err(TryLockError::WouldBlock) => {

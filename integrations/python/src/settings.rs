@@ -3,8 +3,9 @@
 use clangor::material::{Material, presets};
 use clangor::pipeline::session::named_body::preset;
 use clangor::pipeline::stages::sound_models::{ModelOptions, Quality};
+use clangor::synthesis::strike::Striker;
 use pyo3::conversion::FromPyObjectOwned;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -119,9 +120,26 @@ pub(crate) fn keyword<'py, T: FromPyObjectOwned<'py>>(
     key: &str,
 ) -> PyResult<Option<T>> {
     let Some(value) = options.get_item(key)?.filter(|value| !value.is_none()) else { return Ok(None) };
-    let py = options.py();
-    value.extract::<T>().map(Some).map_err(|error| {
-        let error: PyErr = error.into();
-        PyErr::from_type(error.get_type(py), format!("{key}: {}", error.value(py)))
+    value.extract::<T>().map(Some).map_err(|error| named(key, error))
+}
+
+/// The error of an argument, with its name. Numbers beyond those of the machine are wrong values.
+pub(crate) fn named(name: &str, error: impl Into<PyErr>) -> PyErr {
+    let error: PyErr = error.into();
+    Python::attach(|py| {
+        let kind = match error.is_instance_of::<PyOverflowError>(py) {
+            true => py.get_type::<PyValueError>(),
+            false => error.get_type(py),
+        };
+        PyErr::from_type(kind, format!("{name}: {}", error.value(py)))
     })
+}
+
+/// A ball that strikes: material, radius [m], speed [m/s].
+pub(crate) fn striker((material, radius, speed): &(MaterialOrName, f64, f64)) -> PyResult<Striker> {
+    let possible = [("radius", *radius), ("speed", *speed)];
+    if let Some((what, value)) = possible.iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())) {
+        return Err(PyValueError::new_err(format!("striker: {what} is {value}, not positive")));
+    }
+    Ok(Striker::new(material.material()?, *radius, *speed))
 }

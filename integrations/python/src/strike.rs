@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clangor::glam::DVec3;
 use clangor::pipeline::session::StruckBody;
-use clangor::synthesis::strike::Striker;
 use clangor::{Progress, Strike};
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
@@ -13,7 +12,7 @@ use pyo3::types::PyDict;
 
 use crate::errors::raised;
 use crate::progress::Watch;
-use crate::settings::{MaterialOrName, Vector, check_keywords, keyword, model_options};
+use crate::settings::{self, MaterialOrName, Vector, check_keywords, keyword, model_options};
 
 /// The sound of one impact.
 #[pyclass(frozen, get_all, module = "clangor")]
@@ -118,16 +117,7 @@ pub(crate) fn strike(
     let watch = Watch::new(progress);
     let models = model_options(quality.as_deref().unwrap_or("normal"), max_frequency)?;
     let material = material.material()?;
-    let striker = match striker {
-        Some((material, radius, speed)) => {
-            let possible = [("radius", radius), ("speed", speed)];
-            if let Some((what, value)) = possible.iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())) {
-                return Err(PyValueError::new_err(format!("striker: {what} is {value}, not positive")));
-            }
-            Some(Striker::new(material.material()?, radius, speed))
-        }
-        None => None,
-    };
+    let striker = striker.as_ref().map(settings::striker).transpose()?;
     if impulse.is_some() && striker.is_some() {
         return Err(PyValueError::new_err("give either `impulse` or `striker`"));
     }

@@ -10,11 +10,11 @@ use crate::contact::{ForceHistory, ForceShape, ImpactPulse};
 use crate::pose::Pose;
 
 /// Bound of the components of vectors, in SI units: far beyond it, products overflow.
-const LARGEST: f64 = 1e9;
+pub const LARGEST: f64 = 1e9;
 /// Radii of spheres \[m\].
-const RADII: std::ops::Range<f64> = 1e-6..1e3;
+pub const RADII: std::ops::Range<f64> = 1e-6..1e3;
 /// Durations of forces \[s\].
-const DURATIONS: std::ops::Range<f64> = 1e-9..10.0;
+pub const DURATIONS: std::ops::Range<f64> = 1e-9..10.0;
 
 /// An event in the world, or a change of what is rendered.
 pub enum Event {

@@ -17,7 +17,7 @@ const LOOK_AHEAD: usize =
 /// Capacity of the schedule of events.
 const MOST_WAITING: usize = 8192;
 /// Events further ahead are rejected \[s\].
-const HORIZON: f64 = 60.0;
+pub const HORIZON: f64 = 60.0;
 /// Longest force history \[samples of the output\], so that its waves and forces fit the longest block.
 const LONGEST_HISTORY: f64 = 3072.0;
 /// Most samples of a history: the work of a spectrum is in proportion to them.

@@ -68,6 +68,16 @@ impl SoundingBody {
         self.resonator.as_ref().map_or(&[], |resonator| resonator.resonances())
     }
 
+    /// The body.
+    pub(crate) fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// What radiates when it is accelerated, and what rings.
+    pub(crate) fn sources(&self) -> (&SoundSource, Option<&Arc<ModalSource>>) {
+        (&self.source, self.resonator.as_ref())
+    }
+
     /// Defects of its sound model.
     pub(crate) fn remarks(&self) -> &[StrikeRemark] {
         &self.remarks

@@ -47,15 +47,15 @@ const DEFAULT_IMPULSE: DVec3 = DVec3::new(0.0, -0.01, 0.0);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Strike {
-    body: StruckBody,
-    impact: strike::Strike,
+    pub(super) body: StruckBody,
+    pub(super) impact: strike::Strike,
     impulse: Option<DVec3>,
     duration: Option<f64>,
     striker: Option<Striker>,
     seconds: Option<f64>,
     sample_rate: u32,
-    parts: Parts,
-    model: ModelChoice,
+    pub(super) parts: Parts,
+    pub(super) model: ModelChoice,
 }
 
 impl Strike {

@@ -3,6 +3,7 @@
 from ._clangor import (
     Body,
     ClangorError,
+    Engine,
     Modes,
     Session,
     Sound,
@@ -19,6 +20,7 @@ __all__ = [
     "Body",
     "ClangorError",
     "Dataset",
+    "Engine",
     "Modes",
     "Session",
     "ShardError",

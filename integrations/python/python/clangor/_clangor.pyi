@@ -1,22 +1,25 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, Union, final
+from typing import Any, Literal, TypeVar, Union, final, overload
 
 import numpy as np
 import numpy.typing as npt
 
-_Vector = Sequence[float]
+_Vector = Union[Sequence[float], npt.NDArray[np.floating[Any]]]
 _Material = Union[str, Mapping[str, Union[str, float]]]
 _Quality = Literal["draft", "normal", "high"]
 _Path = Union[str, os.PathLike[str]]
 _Progress = Callable[[str, float, str, str], Union[bool, None]]
 _Floats = npt.NDArray[np.float64]
+_Real = TypeVar("_Real", np.float32, np.float64)
+_Striker = tuple[_Material, float, float]
 
 __all__ = [
     "__version__",
     "ClangorError",
     "Session",
     "Body",
+    "Engine",
     "Sound",
     "StruckSound",
     "Modes",
@@ -102,6 +105,107 @@ class Session:
     def render(self, output: _Path | None = None) -> list[Sound]: ...
 
 @final
+class Engine:
+    """Renders the pressure at one or two listeners block by block, while impacts happen."""
+
+    def __new__(
+        cls,
+        listeners: Sequence[_Vector] | _Floats,
+        *,
+        sample_rate: int = 48000,
+        block: int = 128,
+        objects: int = 64,
+        reach: float = 40.0,
+        max_frequency: float | None = None,
+        scene: Session | None = None,
+    ) -> Engine: ...
+    @property
+    def sample_rate(self) -> int: ...
+    @property
+    def listeners(self) -> int: ...
+    @property
+    def latency(self) -> float: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def report(self) -> dict[str, float]: ...
+    def add(
+        self,
+        object: str,
+        material: _Material,
+        *,
+        scale: float = 1.0,
+        quality: _Quality = "normal",
+        cache: _Path | None = None,
+        position: _Vector = (0.0, 0.0, 0.0),
+        orientation: _Vector = (0.0, 0.0, 0.0, 1.0),
+        progress: _Progress | None = None,
+    ) -> int: ...
+    def add_scene(
+        self,
+        session: Session,
+        *,
+        quality: _Quality = "normal",
+        cache: _Path | None = None,
+        progress: _Progress | None = None,
+    ) -> dict[str, int]: ...
+    def remove(self, slot: int) -> None: ...
+    def modes(self, slot: int) -> int: ...
+    def remarks(self, slot: int) -> list[str]: ...
+    def strike(
+        self,
+        slot: int,
+        *,
+        impulse: _Vector | None = None,
+        striker: _Striker | None = None,
+        point: _Vector | None = None,
+        time: float | None = None,
+    ) -> None: ...
+    def collide(
+        self,
+        slot: int,
+        partner: int | _Material,
+        *,
+        point: _Vector,
+        normal: _Vector,
+        speed: float,
+        time: float | None = None,
+    ) -> None: ...
+    def impact(
+        self,
+        *,
+        slot: int | None = None,
+        radius: float | None = None,
+        duration: float,
+        time: float | None = None,
+        position: _Vector | None = None,
+        orientation: _Vector | None = None,
+        velocity_change: _Vector = (0.0, 0.0, 0.0),
+        angular_velocity_change: _Vector = (0.0, 0.0, 0.0),
+        point: _Vector | None = None,
+        impulse: _Vector = (0.0, 0.0, 0.0),
+        force: tuple[float, float, Sequence[float] | _Floats] | None = None,
+    ) -> None: ...
+    def move_to(
+        self,
+        slot: int,
+        position: _Vector,
+        *,
+        orientation: _Vector = (0.0, 0.0, 0.0, 1.0),
+        velocity: _Vector = (0.0, 0.0, 0.0),
+        angular_velocity: _Vector = (0.0, 0.0, 0.0),
+        time: float | None = None,
+    ) -> None: ...
+    def end(self, slot: int, *, time: float | None = None) -> None: ...
+    def listen(self, listeners: Sequence[_Vector] | _Floats) -> None: ...
+    def switch(self, part: Literal["acceleration", "modal", "reflections"], on: bool) -> None: ...
+    def silence(self) -> None: ...
+    @overload
+    def render(self, frames: int, *, out: None = None) -> _Floats: ...
+    @overload
+    def render(self, frames: int | None = None, *, out: npt.NDArray[_Real]) -> npt.NDArray[_Real]: ...
+
+@final
 class StruckSound:
     """The sound of one impact."""
 
@@ -145,7 +249,7 @@ def strike(
     *,
     scale: float = 1.0,
     impulse: _Vector | None = None,
-    striker: tuple[_Material, float, float] | None = None,
+    striker: _Striker | None = None,
     point: _Vector | None = None,
     listener: _Vector | None = None,
     seconds: float | None = None,

@@ -4,10 +4,10 @@
 //! g_k = n^{−1/2} Σ_i ε_ki f_i,   ε_ki = ±1,   k < m < n,   E |g_k|² = (1/n) Σ_i |f_i|²
 //! ```
 //!
-//! The sums have the poles of the functions, and in the mean their mean square, so that a fit chooses the same
-//! nodes and weights from n/m times fewer rows (Güttel, Kressner and Vandereycken 2022, "Randomized sketching
-//! of nonlinear eigenvalue problems"). Not for the errors of a fit at frequencies held out: those are of all
-//! functions.
+//! The sums have the poles of the functions, and in the mean their mean square, so that a fit to them has
+//! nearly the same nodes and weights from n/m times fewer rows (Güttel, Kressner and Vandereycken 2022,
+//! "Randomized sketching of nonlinear eigenvalue problems"). Not for the errors of a fit at frequencies held
+//! out: those are of all functions.
 
 use clangor_core::math::random::SplitMix;
 use num_complex::Complex64;

@@ -67,8 +67,8 @@ pub(crate) fn patches(unknowns: usize, kappa: f64, spacing: f64) -> f64 {
     frequencies(kappa, spacing) * 6.0 * (4.0 * n.powi(3) + 300.0 * n * n)
 }
 
-/// A meridian with `unknowns` at the highest frequency. The resonances of a vessel with a narrow mouth need many
-/// frequencies, and their fit takes about as long again as the solves.
+/// A meridian with `unknowns` at the highest frequency. The resonances of a vessel with a narrow mouth need
+/// many frequencies, and their fit takes about as long again as the solves.
 pub(crate) fn meridian(unknowns: usize, kappa: f64, has_narrow_mouth: bool) -> f64 {
     let each = 3400.0 * (unknowns as f64).powi(2);
     match has_narrow_mouth {

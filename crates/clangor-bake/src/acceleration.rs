@@ -22,7 +22,7 @@ use num_complex::{Complex32, Complex64};
 
 pub(crate) use self::cavities::{has_cavities, has_narrow_mouth};
 pub use self::draft::DRAFT_ACCURACY;
-pub(crate) use self::draft::{meridian_options, suits_meridian};
+pub(crate) use self::draft::{MOST_VERTICES, meridian_options, suits_meridian};
 use self::frequencies::{Band, FittedBand, solve_band};
 pub use self::plan::estimated_operations;
 use self::solvers::prepare;

@@ -26,7 +26,7 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 
 use crate::acceleration::plan::{CAVITY_DENSITY, LONGEST, SOLID_SPACING};
-use crate::acceleration::{BakeOptions, Method, has_cavities, has_narrow_mouth};
+use crate::acceleration::{BakeOptions, MOST_VERTICES, Method, has_cavities, has_narrow_mouth};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::cost::operations::MOST_OPERATIONS;
@@ -66,44 +66,63 @@ const TETRAHEDRA: [f64; 2] = [5.0, 1.5];
 /// Nodes of tetrahedra for each cube of their edge.
 const NODES_PER_CUBE: f64 = 16.0;
 
+/// Work of a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FieldCost {
+    /// Operations of [`bake`](crate::acceleration::bake()).
+    pub operations: f64,
+    /// Unknowns of a solve, of one part of a body with mirror planes; cells of a simulation in time.
+    pub unknowns: f64,
+}
+
 /// Operations of [`bake`](crate::acceleration::bake()).
 pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
+    field_cost(geometry, options).operations
+}
+
+/// The work of [`bake`](crate::acceleration::bake()).
+pub fn field_cost(geometry: &BakeGeometry, options: &BakeOptions) -> FieldCost {
     if options.effort == Effort::Draft {
-        let exact = BakeOptions { effort: Effort::Exact, ..*options };
-        return of_field(geometry, &exact).min(DRAFT);
+        let exact = field_cost(geometry, &BakeOptions { effort: Effort::Exact, ..*options });
+        let draft = FieldCost { operations: DRAFT, unknowns: exact.unknowns.min(MOST_VERTICES) };
+        return if exact.operations < DRAFT { exact } else { draft };
     }
     let kappa = options.max_wavenumber * geometry.bounding_radius();
     match geometry {
         BakeGeometry::Axisymmetric { meridian, axis } if options.method != Method::Fdtd => {
             let settings = AxisymmetricOptions::new(options.max_wavenumber);
             let unknowns = AxisymmetricSolver::new(meridian, *axis, settings).unknowns();
-            operations::meridian(unknowns, kappa, has_narrow_mouth(meridian))
+            let operations = operations::meridian(unknowns, kappa, has_narrow_mouth(meridian));
+            FieldCost { operations, unknowns: unknowns as f64 }
         }
         BakeGeometry::Ellipsoid { .. } | BakeGeometry::RoundedBox { .. }
             if options.method != Method::Fdtd =>
         {
             let sharper = (1e-2 / options.accuracy).max(1.0).powf(0.25);
             let unknowns = (PATCH_UNKNOWNS[0] + PATCH_UNKNOWNS[1] * kappa * kappa) * sharper;
-            let patches = operations::patches(unknowns as usize, kappa, SOLID_SPACING);
+            let operations = operations::patches(unknowns as usize, kappa, SOLID_SPACING);
             // Long boxes need fewer triangles than patches.
-            patches.min(of_surface(geometry, options, kappa))
+            let of_surface = of_surface(geometry, options, kappa);
+            let patches = FieldCost { operations, unknowns };
+            if of_surface.operations < operations { of_surface } else { patches }
         }
         _ if options.method == Method::Fdtd => time_steps(geometry, options.max_wavenumber, true),
         _ => of_surface(geometry, options, kappa),
     }
 }
 
-/// Operations of triangles, or where they do not fit of the time domain, or of a narrower band.
-fn of_surface(geometry: &BakeGeometry, options: &BakeOptions, kappa: f64) -> f64 {
+/// Triangles, or where they do not fit the time domain, or a narrower band.
+fn of_surface(geometry: &BakeGeometry, options: &BakeOptions, kappa: f64) -> FieldCost {
     let cavities = mesh_has_cavities(geometry);
     let spacing = if cavities { CAVITY_DENSITY } else { SOLID_SPACING };
     let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
     let system = (unknowns / parts) as usize;
     let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);
-    match system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
-        true => triangles,
-        false => time_steps(geometry, options.max_wavenumber, cavities).min(MOST_OPERATIONS),
+    if system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
+        return FieldCost { operations: triangles, unknowns: system as f64 };
     }
+    let in_time = time_steps(geometry, options.max_wavenumber, cavities);
+    FieldCost { operations: in_time.operations.min(MOST_OPERATIONS), ..in_time }
 }
 
 /// Unknowns of triangles, and the parts into which mirror planes divide them.
@@ -124,12 +143,12 @@ fn triangle_unknowns(geometry: &BakeGeometry, wavenumber: f64, accuracy: f64) ->
     (unknowns, f64::from(1_u32 << planes))
 }
 
-fn time_steps(geometry: &BakeGeometry, wavenumber: f64, cavities: bool) -> f64 {
+fn time_steps(geometry: &BakeGeometry, wavenumber: f64, cavities: bool) -> FieldCost {
     let radius = geometry.bounding_radius();
     let edge = (0.5 * mean_wall(geometry)).min(TAU / wavenumber / 10.0).min(radius / 8.0);
     let cells = (2.0 * radius / edge + 24.0).powi(3);
     let steps = LONGEST[usize::from(cavities)] * radius / edge * 3.0_f64.sqrt();
-    operations::time_domain(cells, steps)
+    FieldCost { operations: operations::time_domain(cells, steps), unknowns: cells }
 }
 
 fn mesh_has_cavities(geometry: &BakeGeometry) -> bool {

@@ -105,6 +105,24 @@ fn a_contact_list_clicks_when_and_as_loud_as_it_says() {
 }
 
 #[test]
+fn strike_needs_no_more_than_a_body() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let strike = |more: &str| {
+        let line = format!("strike sphere:0.01 --material steel --json {more}");
+        let printed = clangor(path, &line.split_whitespace().collect::<Vec<_>>());
+        serde_json::from_str::<Value>(&printed).unwrap()
+    };
+    let usual = strike("-o usual.csv");
+    let same = strike("-o same.csv --impulse 0,-0.01,0 --point 0,0.01,0 --listener 1,0,0");
+    assert_eq!(usual, same);
+    assert_eq!(usual["point_m"], serde_json::json!([0.0, 0.01, 0.0]));
+    assert_eq!(usual["listener_m"], serde_json::json!([1.0, 0.0, 0.0]));
+    let [usual, same] = ["usual.csv", "same.csv"].map(|name| fs::read(path.join(name)).unwrap());
+    assert_eq!(usual, same);
+}
+
+#[test]
 fn strike_writes_the_format_of_the_documentation() {
     let folder = tempfile::tempdir().unwrap();
     let strike = |output| {

@@ -37,7 +37,8 @@ const HIGHEST: f64 = 24.0;
 /// Solves after the first ones.
 const MORE_SOLVES: usize = 4;
 /// Fewest and most vertices.
-const VERTICES: [f64; 2] = [220.0, 340.0];
+const VERTICES: [f64; 2] = [220.0, MOST_VERTICES];
+pub(crate) const MOST_VERTICES: f64 = 340.0;
 /// Edges to a wave that the vertices aim at, and at the end of the band.
 const WANTED_EDGES: f64 = 4.0;
 const EDGES_PER_WAVE: f64 = 2.0;

@@ -126,9 +126,9 @@ pub(crate) struct Strike {
     /// Material preset; not needed for a glTF file that gives the material in KHR_audio_rigid_bodies
     #[arg(long, value_name = "NAME")]
     pub(crate) material: Option<String>,
-    /// Impulse in N s
+    /// Impulse in N s (default: 0,-0.01,0)
     #[arg(long, value_name = "JX,JY,JZ", value_parser = vector, allow_hyphen_values = true)]
-    #[arg(required_unless_present_any = ["striker", "list"], conflicts_with = "striker")]
+    #[arg(conflicts_with = "striker")]
     pub(crate) impulse: Option<DVec3>,
     /// A ball that hits the body, instead of an impulse: material preset and radius in metres
     #[arg(long, value_name = "MATERIAL:RADIUS", value_parser = striker)]
@@ -144,13 +144,11 @@ pub(crate) struct Strike {
     #[arg(long, value_name = "N", default_value_t = 16, requires = "striker")]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=256))]
     pub(crate) contact_steps: u32,
-    /// Point of impact on the surface in metres from the centre of mass
+    /// Point of impact on the surface in metres from the centre of mass (default: the highest, along y)
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    #[arg(required_unless_present = "list")]
     pub(crate) point: Option<DVec3>,
-    /// Listener in metres from the centre of mass
+    /// Listener in metres from the centre of mass (default: 1,0,0)
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    #[arg(required_unless_present = "list")]
     pub(crate) listener: Option<DVec3>,
     /// The WAV or CSV file to write, or the folder of a data set
     #[arg(short, long, value_name = "OUT.wav|OUT.csv|FOLDER", required_unless_present = "bake_only")]

@@ -33,7 +33,7 @@ pub(crate) struct SceneCost {
     pose_rows: u64,
     /// Estimated modes up to 20 kHz of all forms that move.
     modes: f64,
-    /// Of the models of all forms that move, at each quality.
+    /// Of the models of all forms that move, at each quality; of unknowns the most of any form.
     models: Vec<BakeCost>,
 }
 
@@ -112,6 +112,7 @@ fn add(all: &mut Vec<BakeCost>, costs: &[BakeCost]) {
     }
     for (sum, cost) in all.iter_mut().zip(costs) {
         sum.clicks += cost.clicks;
+        sum.unknowns = sum.unknowns.max(cost.unknowns);
         sum.ringing = sum.ringing.zip(cost.ringing).map(|(one, two)| one + two);
     }
 }
@@ -129,6 +130,10 @@ pub(super) fn say_costs(costs: &[BakeCost], console: &Console) {
     let all: Vec<String> = costs.iter().map(part).collect();
     let parts = if costs[0].ringing.is_some() { "clicks + ringing" } else { "clicks" };
     console.say(format_args!("  a bake takes about ({parts}, CPU time): {}", all.join(", ")));
+    let of_normal = costs.iter().find(|cost| cost.quality == Quality::Normal && cost.unknowns > 0.0);
+    if let Some(cost) = of_normal {
+        console.say(format_args!("  a solve for clicks has about {:.0} unknowns (normal)", cost.unknowns));
+    }
 }
 
 fn quality_name(quality: Quality) -> &'static str {
@@ -143,6 +148,7 @@ pub(super) fn cost_json(cost: &BakeCost) -> Value {
     json!({
         "quality": quality_name(cost.quality),
         "clicks_s": cost.clicks,
+        "unknowns": cost.unknowns,
         "ringing_s": cost.ringing,
     })
 }

@@ -19,11 +19,8 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     if let Some(list) = &options.list {
         return dataset::run(list, options, global, console);
     }
-    let Strike {
-        body: Some(word), point: Some(point), listener: Some(listener), output: Some(output), ..
-    } = options
-    else {
-        return Err(Failure::new("one impact needs a body, --point, --listener and --output"));
+    let Strike { body: Some(word), output: Some(output), .. } = options else {
+        return Err(Failure::new("one impact needs a body and --output"));
     };
     let name = word.to_string_lossy();
     let material = options.material.as_deref().map(preset).transpose()?;
@@ -31,8 +28,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     body.remarks().iter().for_each(|remark| console.warn(remark));
     let is_sphere = matches!(*body.body().surface, Surface::Sphere { .. });
     let bars = StageBars::new(console);
-    let impact = impact(body, options, global)?.at(*point).listener(*listener);
-    let sound = impact.render_with_progress(&mut |progress| bars.show(progress))?;
+    let sound = impact(body, options, global)?.render_with_progress(&mut |progress| bars.show(progress))?;
     bars.clear();
     sound.remarks.iter().for_each(|remark| console.warn(remark));
     if let Some(other @ (BodyModes::Proxy(_) | BodyModes::None(_))) = &sound.modal {
@@ -66,6 +62,8 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
         ));
     }
     console.json(&json!({
+        "point_m": sound.point.to_array(),
+        "listener_m": sound.listener.to_array(),
         "impulse_n_s": sound.impulse.to_array(),
         "peak_force_n": sound.peak_force,
         "modal_energy_ratio": sound.modal_energy_ratio,
@@ -92,6 +90,12 @@ fn impact(body: StruckBody, options: &Strike, global: &Global) -> Result<Impact,
         })
         .acceleration(options.sound.into())
         .models(options.models.on(options.device.device));
+    if let Some(point) = options.point {
+        impact = impact.at(point);
+    }
+    if let Some(listener) = options.listener {
+        impact = impact.listener(listener);
+    }
     if let Some(impulse) = options.impulse {
         impact = impact.impulse(impulse);
     }

@@ -107,6 +107,8 @@ impl SoundingBody {
             pressures,
             times: strike::times(impact, count),
             sample_rate: impact.sample_rate,
+            point: impact.point,
+            listener: impact.listener,
             contact_duration: pulses.iter().map(|pulse| pulse.duration).fold(0.0, f64::max),
             velocity_change: of_body().map(|share| share.velocity_change).sum(),
             impulse: of_body().map(|share| share.impulse).sum(),

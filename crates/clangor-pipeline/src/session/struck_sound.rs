@@ -25,6 +25,10 @@ pub struct StruckSound {
     pub times: Vec<f64>,
     /// Samples per second.
     pub sample_rate: SampleRate,
+    /// Point of the impact \[m from the centre of mass\].
+    pub point: DVec3,
+    /// The listener \[m from the centre of mass\].
+    pub listener: DVec3,
     /// Duration of the contact \[s\].
     pub contact_duration: f64,
     /// Change in velocity of the centre of mass [m/s].

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use clangor_bake::cost::{of_field, of_modes, seconds};
+use clangor_bake::cost::{FieldCost, field_cost, of_modes, seconds};
 use clangor_core::body::Surface;
 use clangor_core::material::Material;
 use clangor_core::medium::Medium;
@@ -19,6 +19,8 @@ pub struct BakeCost {
     pub quality: Quality,
     /// Of the field of its acceleration \[s\]; 0 for a sphere, which has a closed form.
     pub clicks: f64,
+    /// Of a solve of that field; cells where it is simulated in time. 0 for a sphere.
+    pub unknowns: f64,
     /// Of its modes and their transfers \[s\]; `None` without a material.
     pub ringing: Option<f64>,
 }
@@ -31,12 +33,14 @@ pub fn bake_costs(surface: &Surface, material: Option<&Material>) -> Vec<BakeCos
         let highest = TAU * AUDIBLE / Medium::AIR.sound_speed;
         let field = options.of_field(options.acceleration(highest).options);
         let modes = options.of_modes(options.modal(Medium::AIR, AUDIBLE));
+        let clicks = match surface {
+            Surface::Sphere { .. } => FieldCost { operations: 0.0, unknowns: 0.0 },
+            _ => field_cost(&geometry, &field),
+        };
         BakeCost {
             quality,
-            clicks: match surface {
-                Surface::Sphere { .. } => 0.0,
-                _ => seconds(of_field(&geometry, &field)),
-            },
+            clicks: seconds(clicks.operations),
+            unknowns: clicks.unknowns,
             ringing: material.map(|material| seconds(of_modes(&geometry, material, &modes))),
         }
     };

@@ -73,6 +73,7 @@ fn the_engine_plays_what_a_strike_renders() {
         let events = body.strike(0, force, None, &Pose::IDENTITY).unwrap();
         let error = apart(&sound.pressures, &played(&body, events, sound.pressures.len()));
         println!("{error:.1e}");
+        // Residual seen: 3.4e-5, of the delays of the engine.
         assert!(error < 1e-3, "{error:.1e}");
     }
 }

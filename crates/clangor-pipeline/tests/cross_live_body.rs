@@ -34,8 +34,8 @@ fn live(strike: Strike) -> LiveBody {
     strike.live_body(&settings(), &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
-/// The pressure at the ear of events on the body in slot 0, aligned with a sound that begins [`LEAD`] before the
-/// impact.
+/// The pressure at the ear of events on the body in slot 0, aligned with a sound that begins [`LEAD`] before
+/// the impact.
 fn played(body: &LiveBody, events: Vec<ImpactEvent>, count: usize) -> Vec<f64> {
     let (mut controller, mut engine) = engine(&settings()).unwrap();
     controller.put(0, Some(body.object(&settings()))).unwrap();

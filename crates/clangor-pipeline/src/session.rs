@@ -59,7 +59,7 @@ pub use self::live_body::{LiveBody, Meeting, Partner};
 pub use self::named_body::{GltfBody, NamedSolid};
 pub use self::progress::{Progress, Stage};
 use self::source::{Motion, Source};
-pub use self::strike::Strike;
+pub use self::strike::{DEFAULT_IMPULSE, Strike};
 pub use self::struck_body::StruckBody;
 pub use self::struck_sound::{StrikeRemark, StruckSound};
 pub use self::web_export::ExportedReplay;

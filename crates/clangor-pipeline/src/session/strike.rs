@@ -33,7 +33,7 @@ pub const SHORTEST: f64 = 0.1;
 /// Longest sound, unless another length is asked for \[s\].
 pub const LONGEST: f64 = 20.0;
 /// Impulse on the body where neither an impulse nor a striker is given [N s].
-const DEFAULT_IMPULSE: DVec3 = DVec3::new(0.0, -0.01, 0.0);
+pub const DEFAULT_IMPULSE: DVec3 = DVec3::new(0.0, -0.01, 0.0);
 
 /// An impact on a body, and how it is heard.
 ///

@@ -8,7 +8,7 @@ use clangor::material::Material;
 use clangor::pose::Pose;
 use clangor::realtime::event::{DURATIONS, RADII};
 use clangor::realtime::{ImpactEvent, ImpactTarget};
-use clangor::session::{Meeting, Partner};
+use clangor::session::{DEFAULT_IMPULSE, Meeting, Partner};
 use clangor::synthesis::strike::StrikeForce;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -18,9 +18,6 @@ use super::Held;
 use super::numbers::{number, optional_point, point, rotation};
 use crate::errors::raised;
 use crate::settings::{MaterialOrName, check_keywords, keyword, named, striker};
-
-/// Impulse on the body where neither an impulse nor a striker is given, as for `strike` [N s].
-const DEFAULT_IMPULSE: DVec3 = DVec3::new(0.0, -0.01, 0.0);
 
 const IMPACT_KEYWORDS: &[&str] = &[
     "slot",

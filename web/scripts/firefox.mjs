@@ -53,8 +53,8 @@ export async function launchFirefox(profile, { autoplay, context }) {
 }
 
 /**
- * Adjusts what Playwright does in a browser that is driven by BiDi: its taps do nothing there, and each script
- * that it runs counts as a gesture, which would allow the sound.
+ * Adjusts what Playwright does in a browser that is driven by BiDi: its taps do nothing there, and each
+ * script that it runs counts as a gesture, which would allow the sound.
  * @param {import('playwright-core').Page} page
  */
 export function adjustDriver(page) {

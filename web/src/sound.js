@@ -20,8 +20,8 @@
 /** Output buffer requested [s]: twice the shortest, which avoids gaps on a busy computer. */
 const BUFFER = 0.02;
 
-/** Whether a read of the output's latency can hang the page for good: Firefox asks PulseAudio, which waits for
- * the audio thread, which waits for the reader. */
+/** Whether a read of the output's latency can hang the page for good: Firefox asks PulseAudio, which waits
+ * for the audio thread, which waits for the reader. */
 const LATENCY_HANGS = /Linux.*Firefox/.test(globalThis.navigator?.userAgent);
 
 /** Output latency where it is not read [s]: that of Firefox with PulseAudio's null sink. */

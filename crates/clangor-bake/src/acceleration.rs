@@ -6,6 +6,7 @@ mod frequencies;
 mod motion_fits;
 pub(crate) mod plan;
 mod prepared;
+pub(crate) mod sampling;
 mod sketch;
 mod solvers;
 

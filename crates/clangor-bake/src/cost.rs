@@ -25,7 +25,7 @@ use std::f64::consts::TAU;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 
-use crate::acceleration::plan::{CAVITY_DENSITY, LONGEST, SOLID_SPACING};
+use crate::acceleration::sampling::{CAVITY_DENSITY, LONGEST, SOLID_SPACING};
 use crate::acceleration::{BakeOptions, MOST_VERTICES, Method, has_cavities, has_narrow_mouth};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;

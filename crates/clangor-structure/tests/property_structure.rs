@@ -24,8 +24,10 @@ const MOST_PARAMETERS: usize = 6;
 /// Longest line \[columns\], tests included.
 const MOST_COLUMNS: usize = 110;
 
+/// The sources where the test runs: an executable may have been built elsewhere, in a shared target folder.
 fn repository() -> SourceTree {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let built_for = env!("CARGO_MANIFEST_DIR").to_owned();
+    let root = Path::new(&std::env::var("CARGO_MANIFEST_DIR").unwrap_or(built_for)).join("../..");
     SourceTree::read(&root).expect("the sources of this repository")
 }
 

@@ -20,6 +20,7 @@ use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
 
 use super::cavities::{has_cavities, has_narrow_mouth};
+use super::sampling::{CAVITY_DENSITY, CAVITY_SPACING, LONGEST, SOLID_SPACING};
 use super::{BakeError, BakeOptions, MOST_ORDER, Method, multipole_order};
 use crate::bem::axisymmetric::{self, AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::{self, SymmetricPatchSolver};
@@ -31,17 +32,9 @@ use crate::geometry_class::solver_choice::{BoundaryChoice, rounded_box_hull};
 use crate::mesh::remesh::resolution::{Resolution, resolution};
 use crate::radiation::RadiationSolver;
 
-/// Spacing in κ of the first solves for bodies without cavities.
-pub(crate) const SOLID_SPACING: f64 = 0.8;
-/// The same for bodies with cavities, whose resonances put poles near the real axis.
-pub(super) const CAVITY_SPACING: f64 = 0.45;
-/// Spacing in κ of all solves of a body with cavities.
-pub(crate) const CAVITY_DENSITY: f64 = 0.35;
 /// Largest and smallest step of the band when it is narrowed, and most steps.
 const NARROWER: [f64; 2] = [1.1, 2.0];
 const MOST_STEPS: usize = 24;
-/// Longest time simulated after the pulse, in R/c, without and with cavities.
-pub(crate) const LONGEST: [f64; 2] = [12.0, 30.0];
 /// Share of the error left to the discretisation of exact shapes.
 const FINE: f64 = 0.3;
 /// κ whose waves the triangles of an axisymmetric body resolve, at most.

@@ -9,8 +9,9 @@ use glam::DVec3;
 
 use super::cavities::has_narrow_mouth;
 use super::draft::prepare_draft;
-use super::plan::{Candidate, FieldPlan, SOLID_SPACING, fine, large_cells, longest, mirrors};
+use super::plan::{Candidate, FieldPlan, fine, large_cells, longest, mirrors};
 use super::prepared::Prepared;
+use super::sampling::SOLID_SPACING;
 use super::{BakeError, BakeOptions, BakeProgress, LEAST_SOLVES, multipole_order};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;

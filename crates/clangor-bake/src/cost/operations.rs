@@ -15,7 +15,7 @@
 //! An estimate is good to a factor of two or three: the number of frequencies depends on the resonances of
 //! the body.
 
-use crate::acceleration::plan::SOLID_SPACING;
+use crate::acceleration::sampling::{SOLID_SPACING, VESSEL_DENSITY};
 use crate::bem::triangles::sweep::anchors::{FEW, SPACING as ANCHOR_SPACING, WIDEST};
 use crate::bem::triangles::sweep::{MEMORY as SWEEP_MEMORY, SHORTEST};
 
@@ -25,9 +25,6 @@ const TABLES: f64 = 7.0;
 
 /// Operations that no field takes without being asked for by its method: some ten minutes of two cores.
 pub(crate) const MOST_OPERATIONS: f64 = 1.2e13;
-
-/// Spacing in κ of all solves of a vessel with a narrow mouth.
-const VESSEL_DENSITY: f64 = 0.15;
 
 /// Frequencies beyond those of the spacing: near zero, and for tests.
 const MORE_FREQUENCIES: f64 = 12.0;

@@ -1,6 +1,6 @@
 //! How densely frequencies are solved, and how long pulses are simulated, by what air a body encloses:
-//! resonances put poles near the real axis and ring long. Shared by the choice of a solver and by its estimated
-//! cost.
+//! resonances put poles near the real axis and ring long. Shared by the choice of a solver and by its
+//! estimated cost.
 
 /// Spacing in κ of the first solves for bodies without cavities.
 pub(crate) const SOLID_SPACING: f64 = 0.8;

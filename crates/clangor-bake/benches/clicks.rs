@@ -43,7 +43,7 @@ fn main() {
     // The reference, with one mirror plane.
     let planes = BakeGeometry::Mesh(mesh.clone()).mirror_normals(4e-4);
     let edge = TAU / k / 6.0;
-    let options = RemeshOptions { min_edge: edge, max_edge: edge };
+    let options = RemeshOptions::new(edge, edge);
     let (fine, _) = remesh_symmetric(&mesh, &planes, &options).expect("a mesh");
     let solver = TriangleSolver::try_symmetric(&fine, k, Equation::BurtonMiller).expect("small");
     println!("reference: {} unknowns\nkHz, level errors of the six motions", solver.unknowns());
@@ -88,7 +88,7 @@ fn pressures(sample: &RadiationSample, radius: f64, arm: f64) -> Vec<[Complex64;
 /// A mug as a scan: turned, uneven triangles, noise of 1 % of an edge; about its centre of mass.
 fn noisy_mug(edge: f64) -> TriMesh {
     let shape = Shape::parse("mug").expect("a shape").mesh();
-    let options = RemeshOptions { min_edge: 0.6 * edge, max_edge: 1.6 * edge };
+    let options = RemeshOptions::new(0.6 * edge, 1.6 * edge);
     let (mut mesh, _) = remesh(&shape, &options).expect("a mesh");
     let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, -0.4);
     let mut state = 12345_u64;

@@ -62,13 +62,17 @@ pub struct BakeOptions {
     pub near_field: bool,
     /// How much work the bake may be. A draft has no near field.
     pub effort: Effort,
+    /// CPU time \[s\], estimated, that the bake may take. The estimate is made where the mesh is known; the
+    /// model does not depend on it.
+    pub patience: f64,
 }
 
 impl BakeOptions {
     /// The solver that suits the body, on the processor, without a near field.
     pub fn new(max_wavenumber: f64, accuracy: f64) -> Self {
         let (method, device) = (Method::Auto, WaveDevice::Cpu);
-        BakeOptions { max_wavenumber, accuracy, method, device, near_field: false, effort: Effort::Exact }
+        let (effort, patience) = (Effort::Exact, f64::INFINITY);
+        BakeOptions { max_wavenumber, accuracy, method, device, near_field: false, effort, patience }
     }
 
     /// The draft of the same field: without the wish for an accuracy, a solver, or a near field, so that all
@@ -144,6 +148,14 @@ pub enum BakeError {
         order: usize,
         /// Highest order.
         most: usize,
+    },
+    /// It would take longer than the patience.
+    #[error("it takes about {seconds:.0} s of CPU time, more than the {patience:.0} s allowed")]
+    TooLong {
+        /// Estimated CPU time \[s\].
+        seconds: f64,
+        /// CPU time allowed \[s\].
+        patience: f64,
     },
     /// Stopped by the caller.
     #[error("interrupted")]

@@ -30,6 +30,7 @@ use crate::acceleration::{BakeOptions, MOST_VERTICES, Method, has_cavities, has_
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::cost::operations::MOST_OPERATIONS;
+pub use crate::cost::operations::PER_SECOND;
 use crate::effort::Effort;
 use crate::fem::ElasticConstants;
 use crate::fem::finite_cells::expected;
@@ -39,10 +40,9 @@ use crate::modal::ModalBakeOptions;
 use crate::modal::audible_modes::first_limit;
 use crate::modal_analysis::modal_density::modes_below;
 use crate::modal_analysis::shortest_wave;
+use crate::modal_radiation::axisymmetric::EACH;
 use crate::modal_radiation::surface_modes::expected_seconds;
 
-/// Operations in a second of CPU time.
-pub const PER_SECOND: f64 = 1e10;
 /// Operations of a part of a draft.
 pub const DRAFT: f64 = 2e10;
 
@@ -220,7 +220,7 @@ fn of_transfers(geometry: &BakeGeometry, material: &Material, options: &ModalBak
     let limit = first_limit(geometry, volume, material, options);
     let modes = modes_below(volume, geometry.area(), limit, material).0;
     if geometry.axisymmetry().is_some() {
-        return 3e8 * modes;
+        return EACH * modes;
     }
     if modes < 1.0 {
         return 0.0;

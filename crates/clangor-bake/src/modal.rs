@@ -50,6 +50,9 @@ pub struct ModalBakeOptions {
     pub accuracy: f64,
     /// How much work the bake may be.
     pub effort: Effort,
+    /// CPU time \[s\], estimated, that the transfers may take. The estimate is made where the modes and the
+    /// mesh are known; the model does not depend on it.
+    pub patience: f64,
 }
 
 impl ModalBakeOptions {
@@ -62,6 +65,7 @@ impl ModalBakeOptions {
             most_nodes: ModalAnalysisOptions::MOST_NODES,
             accuracy: 0.01,
             effort: Effort::Exact,
+            patience: f64::INFINITY,
         }
     }
 
@@ -238,6 +242,11 @@ pub fn radiate(
         .iter()
         .map(|m| ModalMotion { wavenumber: wavenumber(m.frequency, options), shape: &m.shape })
         .collect();
+    let wavenumbers: Vec<f64> = motions.iter().map(|motion| motion.wavenumber).collect();
+    let (seconds, patience) = (solver.seconds(&wavenumbers), options.patience);
+    if seconds > patience {
+        return Err(BakeError::TooLong { seconds, patience }.into());
+    }
     let transfers = solver.transfers(&model.surface, &motions, &mut |done| on_progress(done as f64))?;
     for (mode, transfer) in model.modes.iter_mut().zip(transfers) {
         mode.transfer = Some(transfer);

@@ -45,6 +45,9 @@ pub trait ModalSolver {
         motions: &[ModalMotion<'_>],
         progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<Vec<ModalTransfer>, RadiationError>;
+
+    /// Estimated CPU time \[s\] of the transfers of modes of these wavenumbers [1/m].
+    fn seconds(&self, wavenumbers: &[f64]) -> f64;
 }
 
 /// Checks that the surface has faces, that every mode has a motion for every node, and that the multipole

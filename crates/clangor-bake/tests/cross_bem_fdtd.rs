@@ -225,7 +225,7 @@ fn a_key_sounds_alike_in_the_limit() {
     let wavenumbers: Vec<f64> = (0..12).map(|i| 1.83 + (HIGHEST - 1.83) * f64::from(i) / 11.0).collect();
     let stepped = |spacing: f64| run(&mesh, spacing, 5.0, 12).samples(&wavenumbers, 12);
     let solved = |min_edge: f64, max_edge: f64| {
-        let (fine, _) = remesh(&mesh, &RemeshOptions { min_edge, max_edge }).expect("a mesh");
+        let (fine, _) = remesh(&mesh, &RemeshOptions::new(min_edge, max_edge)).expect("a mesh");
         let solver = TriangleSolver::try_new(&fine, HIGHEST, Equation::BurtonMiller).expect("a solver");
         solver.solve(&wavenumbers, 12).expect("a solution")
     };

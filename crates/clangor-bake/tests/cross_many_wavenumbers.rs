@@ -29,7 +29,7 @@ fn cross_tables_of_a_band_give_the_systems_assembled_one_by_one() {
     // A cup of unit size, whole and divided by its two mirror planes.
     let cup = Shape::parse("bowl").expect("a shape").mesh();
     let radius = cup.bounding_radius(DVec3::ZERO);
-    let options = RemeshOptions { min_edge: 0.09 * radius, max_edge: 0.25 * radius };
+    let options = RemeshOptions::new(0.09 * radius, 0.25 * radius);
     let highest = 7.0 / radius;
     let wavenumbers = [0.05, 0.2, 0.51, 0.83, 1.0].map(|share| share * highest);
     for planes in [vec![], vec![DVec3::X, DVec3::Z]] {

@@ -23,7 +23,7 @@ use solids::{faces, shape};
 
 fn symmetric(mesh: &TriMesh, min_edge: f64, max_edge: f64) -> SymmetricMesh {
     let planes: Vec<DVec3> = mirror_planes(mesh, 1e-5).iter().map(|plane| plane.normal).collect();
-    remesh_symmetric(mesh, &planes, &RemeshOptions { min_edge, max_edge }).expect("a mesh").0
+    remesh_symmetric(mesh, &planes, &RemeshOptions::new(min_edge, max_edge)).expect("a mesh").0
 }
 
 fn solve(solver: &BemModalSolver, surface: &ModalSurface, motions: &[ModalMotion<'_>]) -> Vec<ModalTransfer> {

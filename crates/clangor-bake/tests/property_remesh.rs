@@ -15,7 +15,7 @@ fn shape(text: &str) -> TriMesh {
 }
 
 fn millimetres(min_edge: f64, max_edge: f64) -> RemeshOptions {
-    RemeshOptions { min_edge: min_edge * 1e-3, max_edge: max_edge * 1e-3 }
+    RemeshOptions::new(min_edge * 1e-3, max_edge * 1e-3)
 }
 
 /// V − E + F of a closed surface.

@@ -196,7 +196,7 @@ fn a_cell_and_its_images_are_the_whole_surface() {
         let mirrors = mirror_planes(&input, 5e-4 * input.diagonal());
         let normals: Vec<DVec3> = mirrors.iter().map(|p| p.normal).collect();
         assert_eq!(normals.len(), planes, "{name}");
-        let options = RemeshOptions { min_edge: 0.6 * edge, max_edge: edge };
+        let options = RemeshOptions::new(0.6 * edge, edge);
         let (symmetric, report) = remesh_symmetric(&input, &normals, &options).unwrap();
         let (whole, _) = symmetric.whole();
         let k = 4.0 / whole.bounding_radius(DVec3::ZERO);
@@ -230,7 +230,7 @@ fn multipoles_from_the_cell_are_those_of_the_whole_surface() {
     let turn = DQuat::from_scaled_axis(DVec3::new(0.3, -0.8, 0.5));
     let mut mesh = Shape::parse("box:0.03x0.02x0.012").expect("a shape").mesh();
     mesh.vertices.iter_mut().for_each(|v| *v = turn * *v);
-    let options = RemeshOptions { min_edge: 0.003, max_edge: 0.005 };
+    let options = RemeshOptions::new(0.003, 0.005);
     let planes = DVec3::AXES.map(|axis| turn * axis);
     for planes in [&planes[..], &planes[..1], &[]] {
         let (symmetric, _) = remesh_symmetric(&mesh, planes, &options).expect("a mesh");

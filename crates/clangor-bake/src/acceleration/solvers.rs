@@ -11,11 +11,12 @@ use super::cavities::has_narrow_mouth;
 use super::draft::prepare_draft;
 use super::plan::{Candidate, FieldPlan, fine, large_cells, longest, mirrors};
 use super::prepared::Prepared;
-use super::sampling::SOLID_SPACING;
+use super::sampling::{CAVITY_DENSITY, CAVITY_SPACING, SOLID_SPACING};
 use super::{BakeError, BakeOptions, BakeProgress, LEAST_SOLVES, multipole_order};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::{Equation, TriangleSolver};
+use crate::cost::operations::{self, PER_SECOND};
 use crate::effort::Effort;
 use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
@@ -35,7 +36,11 @@ pub(super) fn prepare(
     let plan = FieldPlan::new(geometry, options)?;
     let options = BakeOptions { max_wavenumber: plan.max_wavenumber, ..*options };
     let mut failure = None;
-    for (candidate, _) in &plan.candidates {
+    for (candidate, operations) in &plan.candidates {
+        let (seconds, patience) = (operations / PER_SECOND, options.patience);
+        if seconds > patience {
+            return Err(BakeError::TooLong { seconds, patience });
+        }
         match solver_of(geometry, candidate, &plan, &options, progress) {
             Ok(mut prepared) => {
                 prepared.warnings.splice(0..0, plan.warnings.iter().cloned());
@@ -44,7 +49,7 @@ pub(super) fn prepare(
                 }
                 return Ok(prepared);
             }
-            Err(BakeError::Interrupted) => return Err(BakeError::Interrupted),
+            Err(error @ (BakeError::Interrupted | BakeError::TooLong { .. })) => return Err(error),
             Err(error) => failure = failure.or(Some(error)),
         }
     }
@@ -152,7 +157,14 @@ fn triangles(
             (solver, report.options)
         }
     };
+    // The mesh may have more vertices than were planned.
     let unknowns = solver.unknowns();
+    let kappa = options.max_wavenumber * geometry.bounding_radius();
+    let density = if spacing == CAVITY_SPACING { CAVITY_DENSITY } else { SOLID_SPACING };
+    let seconds = operations::triangles(unknowns, solver.systems(), kappa, density) / PER_SECOND;
+    if seconds > options.patience {
+        return Err(BakeError::TooLong { seconds, patience: options.patience });
+    }
     let solver = solver.for_many_wavenumbers(options.max_wavenumber, SWEEP_SHARE * options.accuracy);
     Ok(Prepared {
         solver: Box::new(solver),
@@ -168,7 +180,7 @@ fn triangles(
 
 /// Warnings about walls that the mesh resolves badly.
 fn thin_walls(fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
-    if 2.0 * used.min_edge <= fineness.wall {
+    if fineness.resolves_walls || 2.0 * used.min_edge <= fineness.wall {
         return Vec::new();
     }
     let DVec3 { x, y, z } = fineness.thinnest;

@@ -209,6 +209,11 @@ impl TriangleSolver {
         most_unknowns(&self.classes)
     }
 
+    /// Systems of a solve, one for each parity, and mirror images.
+    pub(crate) fn systems(&self) -> [usize; 2] {
+        [self.classes.len(), self.images.len()]
+    }
+
     fn solve_one(
         &self,
         wavenumber: f64,

@@ -23,6 +23,9 @@ use crate::bem::triangles::sweep::{MEMORY as SWEEP_MEMORY, SHORTEST};
 const BYTES: f64 = 8.0;
 const TABLES: f64 = 7.0;
 
+/// Operations in a second of CPU time.
+pub const PER_SECOND: f64 = 1e10;
+
 /// Operations that no field takes without being asked for by its method: some ten minutes of two cores.
 pub(crate) const MOST_OPERATIONS: f64 = 1.2e13;
 

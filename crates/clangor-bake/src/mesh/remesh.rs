@@ -38,7 +38,7 @@ use volume_fit::Freedom;
 
 pub use symmetric_mesh::{ImageVertex, SymmetricMesh};
 
-/// Largest relative error of the volume that the final uniform offset may hide.
+/// Largest relative error of the volume that the final uniform offset may hide, unless another is allowed.
 const VOLUME_TOLERANCE: f64 = 1e-3;
 /// Factor on edge lengths when the volume error is larger, and number of attempts.
 const REFINEMENT: f64 = 0.8;
@@ -57,11 +57,19 @@ pub struct RemeshOptions {
     pub min_edge: f64,
     /// Longest target edge \[m\]: on flat faces; a sixth of the shortest wavelength or less.
     pub max_edge: f64,
+    /// Largest relative error of the volume that the final uniform offset may hide: above it, edges become
+    /// shorter.
+    pub volume_error: f64,
 }
 
 impl RemeshOptions {
+    /// Edges \[m\] from `min_edge` to `max_edge`; at most a thousandth of the volume is hidden.
+    pub fn new(min_edge: f64, max_edge: f64) -> Self {
+        RemeshOptions { min_edge, max_edge, volume_error: VOLUME_TOLERANCE }
+    }
+
     fn check(&self) -> Result<(), RemeshError> {
-        let RemeshOptions { min_edge, max_edge } = *self;
+        let RemeshOptions { min_edge, max_edge, .. } = *self;
         let sound = min_edge > 0.0 && min_edge <= max_edge && max_edge.is_finite();
         if sound { Ok(()) } else { Err(RemeshError::Edges { min_edge, max_edge }) }
     }
@@ -212,7 +220,7 @@ fn attempt(
         .collect();
     volume_fit::fit(&mut mesh, &freedom, &guide);
     let volume_error = volume_fit::cone_volume(&mesh) / volume - 1.0;
-    if volume_error.is_nan() || volume_error.abs() > VOLUME_TOLERANCE {
+    if volume_error.is_nan() || volume_error.abs() > options.volume_error {
         return Err(RemeshError::Volume { min_edge: options.min_edge, volume_error });
     }
     volume_fit::offset_to_volume(&mut mesh, &freedom, volume);
@@ -232,7 +240,7 @@ struct Guided {
 
 impl Guided {
     fn new(input: &TriMesh, mirrors: BVec3, options: &RemeshOptions) -> Self {
-        let RemeshOptions { min_edge, max_edge } = *options;
+        let RemeshOptions { min_edge, max_edge, .. } = *options;
         // Sizes are stored at vertices, so triangles must be small enough to represent the gradation.
         let finest = (2.3 * input.area() / GUIDE_TRIANGLES).sqrt();
         let surface = refine_to_edge(input, min_edge.max(finest));

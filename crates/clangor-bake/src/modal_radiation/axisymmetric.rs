@@ -37,6 +37,7 @@ use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::bem::axisymmetric::AxisymmetricOptions;
 use crate::bem::axisymmetric::azimuthal::{AzimuthalSolver, MeridianMesh, MeridianNode, RingWave};
+use crate::cost::operations::PER_SECOND;
 use crate::radiation::RadiationError;
 
 /// Share of ∫ (U·n)² dS below which an order counts as an artefact of the mesh.
@@ -56,6 +57,9 @@ const FARTHEST: f64 = 0.05;
 /// Samples around the axis per edge of the surface on the widest ring, and their limits.
 const SAMPLES_PER_EDGE: f64 = 4.0;
 const SAMPLES: [usize; 2] = [64, 512];
+
+/// Operations of an average mode.
+pub(crate) const EACH: f64 = 3e8;
 
 /// The solver of one axisymmetric body.
 #[derive(Clone, Debug)]
@@ -120,6 +124,10 @@ struct Cluster {
 }
 
 impl ModalSolver for AxisymmetricModalSolver {
+    fn seconds(&self, wavenumbers: &[f64]) -> f64 {
+        EACH * wavenumbers.len() as f64 / PER_SECOND
+    }
+
     fn transfers(
         &self,
         surface: &ModalSurface,

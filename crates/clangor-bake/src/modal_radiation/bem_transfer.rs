@@ -36,6 +36,7 @@ use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::has_cavities;
 use crate::bem::triangles::{Equation, MOST_ORDER, TriangleSolver};
+use crate::cost::operations::{self, PER_SECOND};
 use crate::effort::Effort;
 use crate::geometry_class::mirror_symmetry::mirror_planes_in_mean;
 use crate::mesh::draft_surface::draft_surface;
@@ -165,11 +166,11 @@ impl BemModalSolver {
         self.bands.first().map_or(0, |band| band.mesh.whole().0.vertices.len())
     }
 
-    /// The motions that each band solves.
-    fn shares(&self, motions: &[ModalMotion<'_>]) -> Vec<Vec<usize>> {
+    /// The modes that each band solves, by their wavenumbers [1/m].
+    fn shares(&self, wavenumbers: &[f64]) -> Vec<Vec<usize>> {
         let mut shares = vec![Vec::new(); self.bands.len()];
-        for (i, motion) in motions.iter().enumerate() {
-            let fits = |band: &Band| motion.wavenumber * self.unit <= band.highest * (1.0 + 1e-9);
+        for (i, wavenumber) in wavenumbers.iter().enumerate() {
+            let fits = |band: &Band| wavenumber * self.unit <= band.highest * (1.0 + 1e-9);
             shares[self.bands.iter().rposition(fits).unwrap_or(0)].push(i);
         }
         shares
@@ -192,7 +193,8 @@ impl ModalSolver for BemModalSolver {
         let mut transfers = vec![ModalTransfer { order: 0, coefficients: Vec::new() }; motions.len()];
         let mut before = 0;
         // Each band with its modes: solver, and loads of the normal velocities.
-        for (band, own) in self.bands.iter().zip(self.shares(motions)) {
+        let all: Vec<f64> = motions.iter().map(|motion| motion.wavenumber).collect();
+        for (band, own) in self.bands.iter().zip(self.shares(&all)) {
             if own.is_empty() {
                 continue;
             }
@@ -244,6 +246,18 @@ impl ModalSolver for BemModalSolver {
         }
         let _ = progress(motions.len());
         Ok(transfers)
+    }
+
+    fn seconds(&self, wavenumbers: &[f64]) -> f64 {
+        let of_band = |(band, own): (&Band, Vec<usize>)| {
+            let own: Vec<f64> = own.iter().map(|i| wavenumbers[*i] * self.unit).collect();
+            let unknowns = band.mesh.cell.vertices.len();
+            let parities = band.mesh.images().len();
+            let solves = if own.is_empty() { 0 } else { rungs(&own, self.spacing).len() };
+            // Modes have few of the parities.
+            solves as f64 * operations::solve(unknowns, [parities.min(4), parities]) / PER_SECOND
+        };
+        self.bands.iter().zip(self.shares(wavenumbers)).map(of_band).sum()
     }
 }
 

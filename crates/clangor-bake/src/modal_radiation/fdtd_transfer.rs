@@ -25,6 +25,8 @@ use crate::radiation::RadiationError;
 
 /// Least number of cells per shortest wavelength, across a wall and on the radius.
 const CELLS: [f64; 3] = [10.0, 2.0, 8.0];
+/// Cell updates in a second of CPU time.
+pub(super) const UPDATES: f64 = 8e8;
 /// Time after the bursts, in R/c, for a body without cavities and with them.
 const LONGEST: [f64; 2] = [6.0, 30.0];
 
@@ -147,5 +149,9 @@ impl ModalSolver for FdtdModalSolver {
             }
         };
         motions.iter().zip(solved).map(of_motion).collect()
+    }
+
+    fn seconds(&self, wavenumbers: &[f64]) -> f64 {
+        self.updates(wavenumbers) / UPDATES
     }
 }

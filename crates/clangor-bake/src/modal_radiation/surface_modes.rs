@@ -30,7 +30,7 @@ use crate::acceleration::BakeError;
 use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::mesh::remesh::resolution::resolution;
 use crate::modal_radiation::bem_transfer::{BemModalSolver, centred_mirrors};
-use crate::modal_radiation::fdtd_transfer::{FdtdModalSolver, expected_updates};
+use crate::modal_radiation::fdtd_transfer::{FdtdModalSolver, UPDATES, expected_updates};
 use crate::radiation::RadiationError;
 
 /// CPU-s per square of the unknowns, and per cube of those of a system.
@@ -38,8 +38,6 @@ const ASSEMBLY: f64 = 5e-8;
 const FACTORISATION: f64 = 4.3e-11;
 /// Cost of an average mode, for which half of the finest mesh may suffice, relative to the highest.
 const AVERAGE: f64 = 0.6;
-/// Cell updates per CPU-s.
-const UPDATES: f64 = 8e8;
 /// CPU-s below which the other method is not considered.
 const CHEAP: f64 = 100.0;
 /// Cost ratio above which the less accurate finite differences are chosen.
@@ -160,6 +158,13 @@ impl ModalSolver for SurfaceModes {
         match self {
             SurfaceModes::Triangles(triangles) => triangles.transfers(surface, motions, progress),
             SurfaceModes::Fdtd(fdtd) => fdtd.transfers(surface, motions, progress),
+        }
+    }
+
+    fn seconds(&self, wavenumbers: &[f64]) -> f64 {
+        match self {
+            SurfaceModes::Triangles(triangles) => triangles.seconds(wavenumbers),
+            SurfaceModes::Fdtd(fdtd) => fdtd.seconds(wavenumbers),
         }
     }
 }

@@ -57,7 +57,8 @@ pub fn modal_key(
     inputs.geometry(geometry);
     let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
     [youngs_modulus, poisson_ratio, density].into_iter().for_each(|n| inputs.number(n));
-    let ModalBakeOptions { medium, max_frequency, mesh_error, most_nodes, accuracy, effort } = *options;
+    let ModalBakeOptions { medium, max_frequency, mesh_error, most_nodes, accuracy, effort, patience: _ } =
+        *options;
     let numbers = [medium.density, medium.sound_speed, max_frequency, mesh_error, accuracy];
     numbers.into_iter().for_each(|n| inputs.number(n));
     inputs.whole(most_nodes as u64);

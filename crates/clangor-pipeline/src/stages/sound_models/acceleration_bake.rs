@@ -28,6 +28,10 @@ impl RequestedPart for AccelerationBake {
         AccelerationBake(self.0.draft())
     }
 
+    fn within(&self, seconds: f64) -> Self {
+        AccelerationBake(BakeOptions { patience: seconds, ..self.0 })
+    }
+
     fn operations(&self, geometry: &BakeGeometry) -> f64 {
         cost::of_field(geometry, &self.0)
     }

@@ -155,29 +155,30 @@ pub(super) fn plan(
     PlannedFields { decisions, fields }
 }
 
-/// Finds or bakes the fields, those that are `drafts` as such. A field that cannot be baked makes a remark,
-/// and the body has a draft, or else the next best.
+/// Finds or bakes the fields within the CPU time \[s\] that each is allowed, and drafts of those that are
+/// allowed none or need more. A field that cannot be baked makes a remark, and the body has a draft, or else
+/// the next best.
 ///
 /// # Errors
 /// [`SoundModelError::Interrupted`], when `progress` breaks.
 pub(super) fn find(
     bodies: &[Body],
     settings: &AccelerationSettings,
-    (planned, drafts): (PlannedFields, &[bool]),
+    (planned, allowed): (PlannedFields, &[Option<f64>]),
     store: SoundModelStore<'_>,
     progress: &mut dyn FnMut(&SoundModelProgress<'_>) -> ControlFlow<()>,
 ) -> Result<AccelerationParts, SoundModelError> {
     let PlannedFields { decisions, fields } = planned;
     let mut models: BTreeMap<BodyId, ModelEvaluator> = BTreeMap::new();
     let (mut obtained, mut remarks) = (Vec::new(), Vec::new());
-    for (index, (shared, draft)) in fields.iter().zip(drafts).enumerate() {
+    for (index, (shared, allowed)) in fields.iter().zip(allowed).enumerate() {
         let body = bodies[shared.bodies[0].index()].name.as_str();
         let mut on_progress = |p: &BakeProgress| {
             let done = (index as f64 + p.done) / fields.len() as f64;
             progress(&SoundModelProgress { part: SoundPart::Acceleration, body, done, step: p.stage })
         };
         let started = Instant::now();
-        match field(&shared.request, *draft, store, &mut on_progress)? {
+        match field(&shared.request, *allowed, store, &mut on_progress)? {
             Found::Model { model, cached, remarks: more, draft_of } => {
                 obtained.push(ObtainedModel {
                     part: SoundPart::Acceleration,
@@ -216,27 +217,30 @@ enum Found {
     Nothing(String),
 }
 
-/// One field, or its draft: from the cache, or baked.
+/// One field within the CPU time \[s\] that it is allowed, or its draft: from the cache, or baked.
 fn field(
     request: &SoundModelRequest<AccelerationBake>,
-    draft: bool,
+    allowed: Option<f64>,
     store: SoundModelStore<'_>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<Found, SoundModelError> {
     let name = request.name();
     let instead = "it sounds as the ellipsoid or sphere nearest to it";
-    let cost = request.cost(store.cache);
+    let mut cost = request.cost(store.cache);
     let mut remarks = Vec::new();
-    if !draft {
-        match obtain(request, store.cache, progress) {
+    if let Some(seconds) = allowed {
+        match obtain(&request.with_part(request.part().within(seconds)), store.cache, progress) {
             Ok(Obtained { file, cached, mut remarks }) => {
                 remarks.extend(file.origin.warnings.iter().map(|warning| format!("\"{name}\": {warning}")));
                 return Ok(playable((name, instead), &file, (cached, None), remarks));
             }
             Err(SoundModelError::Interrupted) => return Err(SoundModelError::Interrupted),
-            Err(error) => {
-                remarks.push(format!("the field of \"{name}\" cannot be baked: {error}; it is a draft"));
-            }
+            Err(error) => match error.too_long() {
+                Some(seconds) => cost = seconds,
+                None => {
+                    remarks.push(format!("the field of \"{name}\" cannot be baked: {error}; it is a draft"));
+                }
+            },
         }
     }
     let draft = request.with_part(request.part().draft());

@@ -17,6 +17,19 @@ pub enum SoundModelError {
     Interrupted,
 }
 
+impl SoundModelError {
+    /// Estimated CPU time \[s\] of a part that would take longer than allowed.
+    pub fn too_long(&self) -> Option<f64> {
+        match self {
+            SoundModelError::Acceleration(BakeError::TooLong { seconds, .. })
+            | SoundModelError::Modal(ModalBakeError::Surface(BakeError::TooLong { seconds, .. })) => {
+                Some(*seconds)
+            }
+            _ => None,
+        }
+    }
+}
+
 impl From<BakeError> for SoundModelError {
     fn from(error: BakeError) -> Self {
         match error {

@@ -91,6 +91,10 @@ impl RequestedPart for ModalBake {
         ModalBake { options: self.options.draft(), ..self.clone() }
     }
 
+    fn within(&self, seconds: f64) -> Self {
+        ModalBake { options: ModalBakeOptions { patience: seconds, ..self.options }, ..self.clone() }
+    }
+
     fn operations(&self, geometry: &BakeGeometry) -> f64 {
         let free = cost::of_finding_modes(geometry, &self.material, &self.options);
         cost::of_modes(geometry, &self.material, &self.options) + self.operations_of_modes(geometry) - free

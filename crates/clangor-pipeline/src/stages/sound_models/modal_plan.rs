@@ -329,50 +329,56 @@ impl PreparedModes {
         self.requests.iter().map(|shared| shared.request.cost(cache)).collect()
     }
 
-    /// Finds or bakes the modes, those that are `drafts` as such. Modes that cannot be computed make a
-    /// remark, and the body has a draft of them, or else none.
+    /// Finds or bakes the modes within the CPU time \[s\] that each is allowed, and drafts of those that are
+    /// allowed none or need more. Modes that cannot be computed make a remark, and the body has a draft of
+    /// them, or else none.
     ///
     /// # Errors
     /// [`SoundModelError::Interrupted`], when `progress` breaks.
     pub(super) fn find(
         self,
-        drafts: &[bool],
+        allowed: &[Option<f64>],
         cache: Option<&ModelCache>,
         progress: &mut dyn FnMut(&SoundModelProgress<'_>) -> ControlFlow<()>,
     ) -> Result<ModalParts, SoundModelError> {
         let PreparedModes { mut found, requests, names } = self;
         let count = requests.len();
-        for (at, (shared, draft)) in requests.iter().zip(drafts).enumerate() {
+        for (at, (shared, allowed)) in requests.iter().zip(allowed).enumerate() {
             let body = names[shared.bodies[0].index()].as_str();
             let mut on_progress = |p: &BakeProgress| {
                 let done = (at as f64 + p.done) / count as f64;
                 progress(&SoundModelProgress { part: SoundPart::Modal, body, done, step: p.stage })
             };
-            let modes = obtain_shared((shared, body), *draft, cache, &mut found, &mut on_progress)?;
+            let modes = obtain_shared((shared, body), *allowed, cache, &mut found, &mut on_progress)?;
             shared.bodies.iter().for_each(|id| found.bodies[id.index()] = modes.clone());
         }
         Ok(found)
     }
 }
 
-/// The modes of a request, the first of whose bodies is called `name`, or their draft.
+/// The modes of a request within the CPU time \[s\] that it is allowed, the first of whose bodies is called
+/// `name`, or their draft.
 fn obtain_shared(
     (shared, name): (&SharedModes, &str),
-    draft: bool,
+    allowed: Option<f64>,
     cache: Option<&ModelCache>,
     found: &mut ModalParts,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<BodyModes, SoundModelError> {
     let started = Instant::now();
     let request = &shared.request;
-    let cost = request.cost(cache);
-    let mut obtained = if draft { None } else { Some(obtain(request, cache, progress)) };
+    let mut cost = request.cost(cache);
+    let within = |seconds: f64| request.with_part(request.part().within(seconds));
+    let mut obtained = allowed.map(|seconds| obtain(&within(seconds), cache, progress));
     if let Some(Err(error)) = &obtained
         && !matches!(error, SoundModelError::Interrupted)
     {
-        found
-            .remarks
-            .push(format!("the modes of \"{name}\" cannot be baked: {error}; it rings with a draft of them"));
+        match error.too_long() {
+            Some(seconds) => cost = seconds,
+            None => found.remarks.push(format!(
+                "the modes of \"{name}\" cannot be baked: {error}; it rings with a draft of them"
+            )),
+        }
         obtained = None;
     }
     let draft_of = obtained.is_none().then_some(cost);

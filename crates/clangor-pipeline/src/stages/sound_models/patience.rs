@@ -10,21 +10,27 @@
 //! ```
 //!
 //! No patience at all makes a draft of everything that is not in the cache.
+//!
+//! Some estimates are too low: what a surface needs is known exactly where it has been meshed anew. Each
+//! exact model may take what the others leave of the patience by their estimates, and is a draft if its mesh
+//! needs more.
 
 /// Patience with the exact models of a scene, unless another is asked for: seconds of CPU time.
 pub const PATIENCE: f64 = 60.0;
 
-/// Whether each of the models with these costs is a draft; in seconds of CPU time, 0 for those in the cache.
-pub(super) fn drafts(costs: &[f64], patience: f64) -> Vec<bool> {
+/// CPU time \[s\] that each of the models with these costs may take, `None` for drafts; costs in seconds of
+/// CPU time, 0 for those in the cache.
+pub(super) fn allowances(costs: &[f64], patience: f64) -> Vec<Option<f64>> {
     let mut cheapest: Vec<usize> = (0..costs.len()).collect();
     cheapest.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]).then(a.cmp(b)));
-    let mut drafts = vec![false; costs.len()];
+    let mut exact = vec![false; costs.len()];
     let mut spent = 0.0;
     for at in cheapest {
-        spent += costs[at];
-        drafts[at] = spent > patience;
+        exact[at] = spent + costs[at] <= patience;
+        spent += if exact[at] { costs[at] } else { 0.0 };
     }
-    drafts
+    let left = patience - spent;
+    exact.iter().zip(costs).map(|(exact, cost)| exact.then_some(left + cost)).collect()
 }
 
 /// An estimated time in words, of one or two digits.
@@ -44,10 +50,10 @@ mod tests {
     #[test]
     fn the_cheapest_are_exact_as_far_as_patience_goes() {
         let costs = [30.0, 0.0, 50.0, 20.0];
-        assert_eq!(drafts(&costs, 100.0), [false; 4]);
-        assert_eq!(drafts(&costs, 60.0), [false, false, true, false]);
-        assert_eq!(drafts(&costs, 25.0), [true, false, true, false]);
-        assert_eq!(drafts(&costs, 0.0), [true, false, true, true]);
-        assert_eq!(drafts(&costs, f64::INFINITY), [false; 4]);
+        assert_eq!(allowances(&costs, 100.0), [30.0, 0.0, 50.0, 20.0].map(Some));
+        assert_eq!(allowances(&costs, 60.0), [Some(40.0), Some(10.0), None, Some(30.0)]);
+        assert_eq!(allowances(&costs, 25.0), [None, Some(5.0), None, Some(25.0)]);
+        assert_eq!(allowances(&costs, 0.0), [None, Some(0.0), None, None]);
+        assert_eq!(allowances(&costs, f64::INFINITY), [Some(f64::INFINITY); 4]);
     }
 }

@@ -16,7 +16,7 @@ use clangor_core::synthesis::{AccelerationPart, BodyModes, NoModes, SoundModel};
 use super::acceleration_plan::{self, AccelerationParts, AccelerationSettings};
 use super::error::SoundModelError;
 use super::modal_plan::{ModalParts, ModalPlan, ModalPlanSettings, PreparedModes};
-use super::patience::drafts;
+use super::patience::allowances;
 use super::progress::SoundModelProgress;
 use super::report::SoundModels;
 use super::store::SoundModelStore;
@@ -128,11 +128,11 @@ impl SoundModelPlan {
         let (settings, patience) = (self.settings.acceleration, self.settings.patience);
         let fields = acceleration_plan::plan(bodies, (&rules[..], &settings), &sounding, store);
         let modes = self.prepare_modes(bodies, struck, store, progress)?;
-        // Which of both parts are drafts.
+        // Which of both parts are drafts, and how long the others may take.
         let mut costs: Vec<f64> = fields.fields.iter().map(|f| f.request.cost(store.cache)).collect();
         costs.extend(modes.iter().flat_map(|modes| modes.costs(store.cache)));
-        let drafts = drafts(&costs, patience);
-        let (of_fields, of_modes) = drafts.split_at(fields.fields.len());
+        let allowed = allowances(&costs, patience);
+        let (of_fields, of_modes) = allowed.split_at(fields.fields.len());
         let AccelerationParts { bodies: mut acceleration, mut obtained, mut remarks } =
             acceleration_plan::find(bodies, &settings, (fields, of_fields), store, progress)?;
         for (body, source) in std::mem::take(&mut self.known_acceleration) {

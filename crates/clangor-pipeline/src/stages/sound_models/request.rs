@@ -37,6 +37,10 @@ pub trait RequestedPart {
     #[must_use]
     fn draft(&self) -> Self;
 
+    /// The same, if it takes no more than this CPU time \[s\].
+    #[must_use]
+    fn within(&self, seconds: f64) -> Self;
+
     /// Operations that a bake takes, estimated.
     fn operations(&self, geometry: &BakeGeometry) -> f64;
 }

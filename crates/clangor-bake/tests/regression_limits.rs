@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
 use clangor_bake::acceleration::{BakeError, BakeOptions, Evidence, Method, bake, estimated_operations};
+use clangor_bake::cost::PER_SECOND;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::shape::Shape;
@@ -42,6 +43,9 @@ fn thin_walls_are_warned_of_with_their_place() {
     assert!((place[1].abs() - 9e-4).abs() < 1e-4 && place[0].abs() < 0.035, "{place:?}");
     let fine = evidence(&key, 3000.0, 0.008, Method::Bem).unwrap();
     assert_eq!(fine.warnings, [""; 0]);
+    // A wire has no walls.
+    let wire = evidence(&mesh("torus:0.02x0.002"), 5000.0, 0.01, Method::Bem).unwrap();
+    assert_eq!(wire.warnings, [""; 0]);
 }
 
 #[test]
@@ -52,6 +56,24 @@ fn a_body_too_large_for_the_band_has_a_narrower_one() {
         let operations = estimated_operations(&geometry, &options).unwrap();
         println!("{operations:.1e}");
         assert!(operations > 0.0 && operations < 2e13, "{operations:e}");
+    }
+}
+
+#[test]
+fn a_bake_that_needs_more_than_its_patience_says_how_much() {
+    // The wire needs shorter edges than were planned.
+    let wire = mesh("torus:0.03x0.0015");
+    let options = BakeOptions { method: Method::Bem, ..BakeOptions::new(wavenumber(20e3), 0.01) };
+    let planned = estimated_operations(&wire, &options).unwrap() / PER_SECOND;
+    for patience in [0.5 * planned, 1.2 * planned] {
+        let options = BakeOptions { patience, ..options };
+        match bake(&wire, &options, &mut |_| ControlFlow::Continue(())) {
+            Err(BakeError::TooLong { seconds, patience: allowed }) => {
+                println!("{planned:.2} s planned, {seconds:.2} s");
+                assert!(allowed == patience && seconds > patience, "{seconds} {patience}");
+            }
+            other => panic!("{:?}", other.map(|(_, evidence)| evidence)),
+        }
     }
 }
 

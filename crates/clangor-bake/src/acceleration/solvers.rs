@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
+use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
@@ -172,15 +173,20 @@ fn triangles(
         spacing,
         method: "boundary elements on triangles",
         unknowns,
-        warnings: thin_walls(fineness, &used),
+        warnings: thin_walls(mesh, fineness, &used),
         above: Vec::new(),
         most_solves: None,
     })
 }
 
+/// 2V/A in thicknesses above which a body has walls: 1 for a plate, ½ for a round bar. The motions of tori of
+/// 428 to 1072 unknowns are within 1 % of themselves, although edges are half as long as their wire is thick.
+const WALLS: f64 = 0.75;
+
 /// Warnings about walls that the mesh resolves badly.
-fn thin_walls(fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
-    if fineness.resolves_walls || 2.0 * used.min_edge <= fineness.wall {
+fn thin_walls(mesh: &TriMesh, fineness: &Resolution, used: &RemeshOptions) -> Vec<String> {
+    let mean = MassProperties::of(mesh).map_or(f64::INFINITY, |mass| 2.0 * mass.volume / mesh.area());
+    if 2.0 * used.min_edge <= fineness.wall || mean < WALLS * fineness.wall {
         return Vec::new();
     }
     let DVec3 { x, y, z } = fineness.thinnest;

@@ -62,7 +62,7 @@ const EDGE: f64 = 0.5;
 const LONGEST: f64 = 0.35;
 const LONGEST_IN_WALLS: f64 = 0.8;
 /// Relative error of the volume that may be hidden, in that of the level. Tori with few edges around their
-/// wire are off by 0.4 to 0.8 % for 1 % with this share, and by 1.2 % with all of it.
+/// wire are off by 0.4 to 0.9 % for 1 % with this share, and by 1.2 % with all of it.
 const VOLUME_SHARE: f64 = 0.3;
 /// Fraction of the surface that may be thinner than the wall thickness used.
 const THIN_PART: f64 = 0.05;
@@ -78,8 +78,6 @@ pub struct Resolution {
     pub options: RemeshOptions,
     /// Resulting number of unknowns, within some 15 %.
     pub unknowns: usize,
-    /// Whether edges are as short as walls and edges of the body need; otherwise only as short as the waves do.
-    pub resolves_walls: bool,
     /// Thickness of the thin walls of the body: 5 % of the surface have less \[m\].
     pub wall: f64,
     /// Position of the thinnest wall.
@@ -93,7 +91,7 @@ impl Resolution {
         let edge = self.options.max_edge;
         let options = RemeshOptions { min_edge: edge, max_edge: edge, ..self.options };
         let unknowns = (DENSITY * area / (0.75_f64.sqrt() * edge * edge)).ceil() as usize;
-        Resolution { options, unknowns, resolves_walls: false, ..*self }
+        Resolution { options, unknowns, ..*self }
     }
 }
 
@@ -135,8 +133,7 @@ pub fn resolution(input: &TriMesh, max_wavenumber: f64, accuracy: f64) -> Result
         (field, options) = guided(shortest, coarse.min(longest * many))?;
         unknowns = field.expected_vertices(DENSITY);
     }
-    let thinnest = thinnest + mass.centre_of_mass;
-    Ok(Resolution { options, unknowns, resolves_walls: true, wall, thinnest })
+    Ok(Resolution { options, unknowns, wall, thinnest: thinnest + mass.centre_of_mass })
 }
 
 /// Relative error of edges with these (radius, extent) at edge length h, in that of sharp edges: Σ τ min(1,

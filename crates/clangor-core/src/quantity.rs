@@ -152,6 +152,11 @@ pub fn readable_length(metres: f64) -> String {
     format!("{value:.*} {unit}", decimals as usize)
 }
 
+/// A computed number to so many significant digits, at least one.
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits.max(1) - 1).parse().unwrap_or(value)
+}
+
 /// A number without trailing zeros.
 pub fn readable(value: f64) -> String {
     let plain = value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite();
@@ -161,6 +166,13 @@ pub fn readable(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_computed_number_shows_few_digits() {
+        let values = [30.265_492_902_591_97, 0.000_412_345, -123_456.0, 0.0, f64::INFINITY, 1e-300, 1e300];
+        let shown = values.map(|value| readable(rounded(value, 4)));
+        assert_eq!(shown, ["30.27", "0.0004123", "-123500", "0", "inf", "1e-300", "1e300"]);
+    }
 
     #[test]
     fn a_length_has_a_unit_of_its_size() {

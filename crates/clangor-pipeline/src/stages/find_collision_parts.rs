@@ -87,10 +87,12 @@ impl CollidingMesh {
             Some(error) => format!(", not the {:.1} % of `collision_error`", 100.0 * error),
             None => String::new(),
         };
+        let count = match parts.parts.len() {
+            1 => "1 convex part that is".to_owned(),
+            count => format!("{count} convex parts that are"),
+        };
         Some(format!(
-            "collisions see {} convex parts that are up to {:.2e} m ({:.1} % of its size{asked}) off the \
-             surface",
-            parts.parts.len(),
+            "collisions see {count} up to {:.2e} m ({:.1} % of its size{asked}) off the surface",
             self.mesh.surface_error(parts),
             deviation * 100.0
         ))

@@ -379,18 +379,19 @@ mod tests {
         history.points = vec![DVec3::Y * 0.002];
         let loads = [load];
         let mut search = BreakingSearch::new(&mut stress, &family, &loads, (DVec3::ZERO, 0.0));
-        let (mut seen, mut bound) = (0, 0);
+        let (mut seen, mut bound, mut residual) = (0, 0, 0.0_f64);
         for time in instants(&loads, 1.0) {
             let Some(found) = search.reached(time, None).unwrap() else { continue };
             let strain = search.deformation(&found).unwrap().unwrap().strain_energy;
-            // Residual not recorded; of the same solves in `property_elastostatics`: 2.2e-14.
-            assert!((found.strain_energy / strain - 1.0).abs() < 1e-9, "{} {strain}", found.strain_energy);
+            residual = residual.max((found.strain_energy / strain - 1.0).abs());
+            // Seen: 4.1e-14.
+            assert!(residual < 1e-9, "{} {strain}", found.strain_energy);
             let stored = most_stored(&loads, found.time, 0.0).1;
             assert!(strain <= stored * (1.0 + 1e-9), "{strain} {stored}");
             seen += 1;
             bound += usize::from(strain > stored * (1.0 - 1e-9));
         }
-        println!("{seen} instants, {bound} at the bound");
+        println!("{seen} instants, {bound} at the bound, energies apart by {residual:.1e}");
         assert!(seen > 0 && bound > 0);
     }
 }

@@ -10,7 +10,7 @@ use super::problems::Problems;
 use super::supports::supports;
 use crate::body::Body;
 use crate::math::random::SplitMix;
-use crate::quantity::RADIUS;
+use crate::quantity::{RADIUS, rounded};
 use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, PlacedBy};
 use crate::scene::diagnostic::{Doubt, Problem, SceneError};
 use crate::scene::placement::{Obstacle, Packing, in_ball, rotation};
@@ -164,7 +164,8 @@ fn geometry(
     }
     if !(USUAL_MIN_RADIUS..=USUAL_MAX_RADIUS).contains(&radius) {
         let usual = "0.0005 m to 10 m; files in millimetres need scale = 0.001";
-        problems.warn(place(), Doubt::Unusual { what: "a bounding radius", value: radius, unit: "m", usual });
+        let value = rounded(radius, 4);
+        problems.warn(place(), Doubt::Unusual { what: "a bounding radius", value, unit: "m", usual });
     }
     Some(loaded)
 }

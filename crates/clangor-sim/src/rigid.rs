@@ -52,6 +52,7 @@ mod run;
 mod shape;
 mod sleep;
 mod spring;
+mod spring_balance;
 mod state;
 mod step_log;
 mod stiff_spring;

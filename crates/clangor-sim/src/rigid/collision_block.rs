@@ -247,6 +247,7 @@ impl Block {
 
     /// Applies the summed impulses to the actors, so that the balance of momentum is exact, and logs them.
     pub(super) fn apply_and_log(&mut self, scene: &mut Scene<'_>, time: f64, solved: bool) {
+        let before: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
         let block = &mut self.points;
         block.retain(|p| p.impulse_n > 0.0);
         block.sort_by_key(|p| (scene.pairs[p.pair].key.a, scene.pairs[p.pair].key.b));
@@ -301,11 +302,15 @@ impl Block {
         if scene.log.skips_slower().is_none() {
             self.reactions.log(scene.linkages, time, scene.log);
         }
-        self.reactions.restart();
         for actor in &mut self.actors {
             if scene.bodies[actor.body].is_awake() {
                 actor.now.angular_velocity = actor.now.inverse_inertia * actor.now.momentum;
             }
         }
+        let after: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
+        for (linkage, work) in self.reactions.works(&before, &after) {
+            scene.balance.add_impact(linkage, work);
+        }
+        self.reactions.restart();
     }
 }

@@ -21,6 +21,7 @@ use super::linkage::Linkages;
 use super::mover::Mover;
 use super::pair::{Pair, Step};
 use super::reactions::{JointImpulse, Reactions};
+use super::spring_balance::{Flight, SpringBalance};
 use super::state::{BodyState, Instant};
 use super::step_log::{ContactImpulse, Impulse, StepLog};
 
@@ -39,6 +40,8 @@ pub(super) struct ContactPhase {
     order: Vec<usize>,
     reactions: Reactions,
     grips: Vec<Grip>,
+    /// Energy that links add to bodies and take from them.
+    pub(super) balance: SpringBalance,
 }
 
 impl ContactPhase {
@@ -83,12 +86,14 @@ impl ContactPhase {
         if sweeps > 0 {
             self.close_joints(bodies, linkages, step)?;
         }
+        self.balance.end();
         self.log(bodies, pairs, step, log);
         if log.skips_slower().is_none() {
             self.reactions.log(linkages, step.time + 0.5 * step.length, log);
             self.grips.iter().for_each(|grip| grip.log(bodies, step, log));
         }
         self.apply(bodies, pairs);
+        self.balance.apply(bodies, step, log);
         Ok(sweeps)
     }
 
@@ -159,8 +164,9 @@ impl ContactPhase {
         linkages: &Linkages,
         step: &Step,
     ) -> Result<(), (usize, f64)> {
-        let next = |body: usize, mover: &Mover| bodies[body].next_middle(mover, step.time, step.length);
-        self.reactions.settle(linkages, &mut self.movers, step.length, &next)
+        let flight = Flight { linkages, bodies, step };
+        let ContactPhase { movers, reactions, balance, .. } = self;
+        (0..linkages.count()).try_for_each(|linkage| balance.close(linkage, reactions, movers, &flight))
     }
 
     /// Sets up one row for each point that may bear in this step.

@@ -160,6 +160,11 @@ impl Joint {
         spring.gives(placed.between(), &directions, step).into_iter().map(Some).collect()
     }
 
+    /// Energy \[J\] that it stores where the bodies have these poses; only a spring does.
+    pub(super) fn stored(&self, poses: &dyn Fn(usize) -> Pose) -> f64 {
+        self.spring.map_or(0.0, |spring| spring.energy(self.placed(poses).between().length()))
+    }
+
     /// How far it is off, at most \[m, or rad\], where the bodies have these poses; NaN for a joint that is
     /// no number. A spring of any length is closed.
     pub(super) fn gap(&self, poses: &dyn Fn(usize) -> Pose) -> f64 {

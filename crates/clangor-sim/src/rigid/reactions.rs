@@ -35,6 +35,7 @@ const CHORD: f64 = 2.0;
 
 /// Rows of one linkage and the pseudo-inverse of A, by columns.
 struct Solved {
+    linkage: usize,
     rows: Range<usize>,
     inverse: Vec<f64>,
 }
@@ -108,7 +109,7 @@ impl Reactions {
                 self.rows.extend(blocked.iter().zip(gives).map(row));
                 self.placed.push((index, placed));
             }
-            self.solved.push(Solved { rows: first..self.rows.len(), inverse: Vec::new() });
+            self.solved.push(Solved { linkage, rows: first..self.rows.len(), inverse: Vec::new() });
             self.factorize(self.solved.len() - 1, movers);
         }
     }
@@ -117,11 +118,6 @@ impl Reactions {
     pub(super) fn factorize(&mut self, slot: usize, movers: &[Mover]) {
         let solved = &mut self.solved[slot];
         solved.inverse = pseudo_inverse(&self.rows[solved.rows.clone()], movers);
-    }
-
-    /// Number of linkages.
-    pub(super) fn linkage_count(&self) -> usize {
-        self.solved.len()
     }
 
     /// Rows of a linkage.
@@ -332,6 +328,34 @@ impl Reactions {
     /// Forgets the impulses so far.
     pub(super) fn restart(&mut self) {
         self.rows.iter_mut().for_each(|row| row.impulse = 0.0);
+    }
+
+    /// Forgets the impulses of one linkage.
+    pub(super) fn restart_slot(&mut self, slot: usize) {
+        self.rows_of(slot).iter_mut().for_each(|row| row.impulse = 0.0);
+    }
+
+    /// Takes the impulses of a linkage back from these movers.
+    pub(super) fn take_back(&self, slot: usize, movers: &mut [Mover]) {
+        for row in &self.rows[self.solved[slot].rows.clone()] {
+            for (mover, linear, angular) in row.kicks(-row.impulse) {
+                movers[mover].push(linear, angular);
+            }
+        }
+    }
+
+    /// Work \[J\] of the impulses of a linkage, `Σ λ (s⁻ + s⁺) / 2` with the velocities s along its rows
+    /// before and after all impulses at this pose, and the sum of the magnitudes of the impulses \[N s\].
+    pub(super) fn work(&self, slot: usize, before: &[Mover], after: &[Mover]) -> (f64, f64) {
+        let rows = &self.rows[self.solved[slot].rows.clone()];
+        let work = |row: &Row| 0.5 * row.impulse * (row.rate(before) + row.rate(after));
+        (rows.iter().map(work).sum(), rows.iter().map(|row| row.impulse.abs()).sum())
+    }
+
+    /// Work \[J\] of the impulses so far, by linkage.
+    pub(super) fn works(&self, before: &[Mover], after: &[Mover]) -> impl Iterator<Item = (usize, f64)> {
+        let of = |(slot, solved): (usize, &Solved)| (solved.linkage, self.work(slot, before, after).0);
+        self.solved.iter().enumerate().map(of)
     }
 
     /// Writes a row for each joint that acts.

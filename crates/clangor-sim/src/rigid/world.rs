@@ -21,6 +21,7 @@ use super::sleep;
 use super::spring::Spring;
 use super::state::BodyState;
 use super::step_log::StepLog;
+use super::stiff_spring;
 use crate::SimulationError;
 
 /// Largest overlap allowed at the start \[m\].
@@ -100,16 +101,18 @@ impl RigidWorld {
             let name = world.bodies.get(id.index()).map_or_else(String::new, |b| b.name.clone());
             SimulationError::Unsupported { what, name }
         };
-        let linkages = Linkages::try_new(&world.links, &bodies, time_step)
+        let stiff = stiff_spring::of_links(&world.links, &bodies, time_step);
+        let linkages = Linkages::try_new(&world.links, &stiff, &bodies)
             .map_err(|body| unknown("links without a body", BodyId(body as u32)))?;
         refuse_open_joints(&linkages, &bodies, world)?;
         (0..bodies.len()).for_each(|body| restless[body] = linkages.of(body).is_some());
         let mut springs = Vec::new();
-        for link in &world.links {
-            let spring = Spring::of_link(link, &bodies, time_step).map_err(|id| {
+        for (link, stiff) in world.links.iter().zip(stiff) {
+            let spring = Spring::of_link(link).map_err(|id| {
                 let (body, reason) = (world.bodies[id.index()].name.clone(), "has a spring without numbers");
                 SimulationError::BadBody { body, reason }
             })?;
+            let spring = spring.filter(|_| stiff.is_none());
             spring.iter().flat_map(Spring::ends).for_each(|body| restless[body] = true);
             springs.extend(spring);
         }
@@ -261,6 +264,7 @@ impl RigidWorld {
             step,
             scratch: &mut self.scratch,
             log,
+            balance: &mut self.contact.balance,
             compliance: modes.map(|modes| Compliance {
                 modes,
                 sides: &self.sides,
@@ -269,11 +273,15 @@ impl RigidWorld {
             }),
         });
         // Gravity, springs and loads.
+        self.contact.balance.begin(&self.bodies, &self.linkages);
+        let mut placed: Vec<_> = self.springs.iter_mut().map(|spring| spring.place(&self.bodies)).collect();
         for body in self.bodies.iter_mut().filter(|b| b.is_awake()) {
             body.velocity += self.gravity * step.length;
         }
-        for spring in &self.springs {
-            spring.pull(&mut self.bodies, &step, log);
+        for (spring, placed) in self.springs.iter().zip(&mut placed) {
+            if let Some(placed) = placed {
+                spring.pull(placed, &mut self.bodies, &step, log);
+            }
         }
         for load in &self.loads {
             load.act(&mut self.bodies, &step, log);
@@ -284,6 +292,9 @@ impl RigidWorld {
             .run(&mut self.bodies, &mut self.pairs, &self.linkages, &step, log)
             .map_err(|(joint, gap)| self.loose(joint, gap))?;
         self.sweeps += u64::from(sweeps);
+        for (spring, placed) in self.springs.iter_mut().zip(&placed) {
+            placed.iter().for_each(|placed| spring.end(placed, &self.bodies));
+        }
         // Fly to the end of the step; sleep.
         self.steps += 1;
         let end = self.time();

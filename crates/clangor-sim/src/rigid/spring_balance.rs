@@ -1,0 +1,303 @@
+//! The energy balance of linkages with stiff springs: what their links and brakes may add to the motion.
+//!
+//! In one step, links and brakes push the bodies of a linkage with impulses λ_i along rates s_i, and the
+//! springs go from the stored energy V to V⁺. Impulses that act at one pose do the work
+//!
+//! `W = Σ λ_i (s_i⁻ + s_i⁺) / 2`, so that they add `W + V⁺ − V` to the energy,
+//!
+//! exactly, whatever else acts on the bodies. Springs and joints at rest or in motion add nothing; backward
+//! Euler takes energy. But an impulse along the line of a spring before a step does not follow the line
+//! as it turns, and what is left of a stretch becomes a velocity: a light body that turns about its spring by
+//! a large angle in a step would gain energy, without bound. Therefore the sum of these gains since the last
+//! loss is kept below [`SHARE`] of the energy of the linkage. Where it would be more, the bodies are braked
+//! before their links close: their velocities u relative to a motion r that strains nothing become `r + s (u
+//! − r)`, with the largest s of [`ROUNDS`] bisections that keeps the balance.
+//!
+//! r is the motion of what the linkage is anchored to. For a free linkage it is the rigid motion with its
+//! momentum and angular momentum, both of which are kept; only where bodies of a free linkage turn about each
+//! other by such an angle that no s suffices, r is the motion of the centre of mass, and angular momentum is
+//! lost. Linear momentum is always kept.
+//!
+//! Reactions of springs to impacts are part of the balance ([`Reactions::work`]).
+//!
+//! What it is not: a friction of springs. Linkages whose motion is resolved are never braked. Linkages
+//! without stiff springs have no balance.
+
+use clangor_core::pose::Pose;
+use glam::{DMat3, DVec3};
+
+use super::linkage::Linkages;
+use super::mover::Mover;
+use super::pair::Step;
+use super::reactions::Reactions;
+use super::state::BodyState;
+use super::step_log::StepLog;
+
+/// Part of the energy of a linkage that its links may add to it before they take some.
+const SHARE: f64 = 1e-3;
+/// Bisections for the brake.
+const ROUNDS: u32 = 8;
+/// Links are closed to this error \[m\]: the work of a force over it is not counted.
+const CLOSED: f64 = 1e-13;
+
+/// What a step of the contact phase works on.
+pub(super) struct Flight<'a> {
+    pub(super) linkages: &'a Linkages,
+    pub(super) bodies: &'a [BodyState],
+    pub(super) step: &'a Step,
+}
+
+impl Flight<'_> {
+    /// The pose of a body at the middle of the next step.
+    fn next(&self, body: usize, mover: &Mover) -> Pose {
+        self.bodies[body].next_middle(mover, self.step.time, self.step.length)
+    }
+}
+
+/// Linkages and their bodies.
+type Held<'a> = (&'a Linkages, &'a [BodyState]);
+
+/// The balance of one linkage.
+#[derive(Clone, Copy, Default)]
+struct Account {
+    /// Energy of the springs where the last step left them, or at the start \[J\].
+    stored: Option<f64>,
+    /// Work of reactions to the impacts of this step \[J\].
+    impacts: f64,
+    /// Sum of the gains since the last loss \[J\].
+    excess: f64,
+    /// Gain of this step so far \[J\].
+    gain: f64,
+    /// Most excess that is allowed in this step, without rounding \[J\].
+    allowed: f64,
+    /// Energy of the springs at the middle of the next step \[J\].
+    next: f64,
+}
+
+/// The balances of all linkages.
+#[derive(Default)]
+pub(super) struct SpringBalance {
+    accounts: Vec<Account>,
+    /// Bodies before links and contacts act.
+    before: Vec<Mover>,
+    /// Changes of velocity and spin by brakes in this step, by body.
+    brakes: Vec<(DVec3, DVec3)>,
+    braked: bool,
+}
+
+impl SpringBalance {
+    /// Adds the work \[J\] of reactions to an impact.
+    pub(super) fn add_impact(&mut self, linkage: usize, work: f64) {
+        if self.accounts.len() <= linkage {
+            self.accounts.resize(linkage + 1, Account::default());
+        }
+        self.accounts[linkage].impacts += work;
+    }
+
+    /// Begins a step with the bodies as they are before links and contacts act.
+    pub(super) fn begin(&mut self, bodies: &[BodyState], linkages: &Linkages) {
+        self.braked = false;
+        if !(0..linkages.count()).any(|linkage| linkages.has_springs(linkage)) {
+            return;
+        }
+        self.before.clear();
+        self.before.extend(bodies.iter().map(BodyState::mover));
+        self.brakes.clear();
+        self.brakes.resize(bodies.len(), (DVec3::ZERO, DVec3::ZERO));
+        self.accounts.resize(linkages.count(), Account::default());
+        for linkage in (0..linkages.count()).filter(|linkage| linkages.has_springs(*linkage)) {
+            let now = || linkages.stored(linkage, &|body| bodies[body].start_pose());
+            let stored = self.accounts[linkage].stored.unwrap_or_else(now);
+            let flight = &(linkages, bodies);
+            let still = Carrier::of(linkage, &self.before, flight, true);
+            let energy = |&body: &usize| still.energy(body, &self.before, bodies);
+            let moving: f64 = linkages.bodies_of(linkage).iter().map(energy).sum();
+            let account = &mut self.accounts[linkage];
+            account.stored = Some(stored);
+            account.gain = 0.0;
+            account.next = stored;
+            account.allowed = SHARE * (moving + stored - account.excess).max(0.0);
+        }
+    }
+
+    /// Closes the links of a linkage, and brakes its bodies where that would add energy. `Err` has a link
+    /// that cannot be closed, and by how much it is open \[m, or rad\].
+    pub(super) fn close(
+        &mut self,
+        linkage: usize,
+        reactions: &mut Reactions,
+        movers: &mut [Mover],
+        flight: &Flight<'_>,
+    ) -> Result<(), (usize, f64)> {
+        let next = |body: usize, mover: &Mover| flight.next(body, mover);
+        let duration = flight.step.length;
+        if !flight.linkages.has_springs(linkage) {
+            return reactions.settle(flight.linkages, movers, linkage, (duration, &next));
+        }
+        let bodies = flight.linkages.bodies_of(linkage);
+        let mut free = movers.to_vec();
+        reactions.take_back(linkage, &mut free);
+        let closed = reactions.settle(flight.linkages, movers, linkage, (duration, &next));
+        if closed.is_ok() && self.keeps(linkage, reactions, movers, flight) {
+            return Ok(());
+        }
+        let brakes: Vec<(DVec3, DVec3)> = bodies.iter().map(|&body| self.brakes[body]).collect();
+        self.braked = true;
+        for turns in [true, false] {
+            let carrier = Carrier::of(linkage, &free, &(flight.linkages, flight.bodies), turns);
+            let mut slowed = |share: f64, balance: &mut Self| {
+                reactions.restart_slot(linkage);
+                for (&body, earlier) in bodies.iter().zip(&brakes) {
+                    let (velocity, spin) = carrier.slowed(body, &free, flight.bodies, share);
+                    balance.brakes[body] =
+                        (earlier.0 + velocity - free[body].velocity, earlier.1 + spin - free[body].spin);
+                    movers[body] = Mover { velocity, spin, ..free[body] };
+                }
+                let closed = reactions.settle(flight.linkages, movers, linkage, (duration, &next));
+                closed.is_ok() && balance.keeps(linkage, reactions, movers, flight)
+            };
+            if !slowed(0.0, self) {
+                continue;
+            }
+            let (mut low, mut high) = (0.0, 1.0);
+            for _ in 0..ROUNDS {
+                let share = 0.5 * (low + high);
+                if slowed(share, self) { low = share } else { high = share }
+            }
+            slowed(low, self);
+            return Ok(());
+        }
+        closed
+    }
+
+    /// Whether a linkage keeps its balance with these velocities.
+    fn keeps(
+        &mut self,
+        linkage: usize,
+        reactions: &mut Reactions,
+        movers: &[Mover],
+        flight: &Flight<'_>,
+    ) -> bool {
+        let next = flight.linkages.stored(linkage, &|body| flight.next(body, &movers[body]));
+        let (work, rounding) = reactions.work(linkage, &self.before, movers);
+        let anchor = Carrier::of_anchor(linkage, movers, &(flight.linkages, flight.bodies)).unwrap_or_default();
+        let braking: f64 = flight.linkages.bodies_of(linkage).iter().map(|&body| {
+            let (velocity, spin) = self.brakes[body];
+            let mass = movers[body].mass();
+            let inertia = movers[body].inertia();
+            let carried = anchor.motion(flight.bodies[body].mid_position);
+            let (a, b) = (&self.before[body], &movers[body]);
+            mass * velocity.dot(0.5 * (a.velocity + b.velocity) - carried.0)
+                + (inertia * spin).dot(0.5 * (a.spin + b.spin) - carried.1)
+        }).sum();
+        let account = &mut self.accounts[linkage];
+        account.next = next;
+        account.gain = account.impacts + work + braking + next - account.stored.unwrap_or(next);
+        let rounding = rounding * CLOSED / flight.step.length;
+        account.excess + account.gain <= account.allowed + rounding
+    }
+
+    /// Ends the step.
+    pub(super) fn end(&mut self) {
+        for account in &mut self.accounts {
+            account.excess = (account.excess + account.gain).max(0.0);
+            account.stored = account.stored.map(|_| account.next);
+            account.impacts = 0.0;
+        }
+    }
+
+    /// Applies the brakes to the bodies and logs them.
+    pub(super) fn apply(&self, bodies: &mut [BodyState], step: &Step, log: &mut StepLog) {
+        if !self.braked {
+            return;
+        }
+        for (index, (velocity, spin)) in self.brakes.iter().enumerate() {
+            if *velocity == DVec3::ZERO && *spin == DVec3::ZERO {
+                continue;
+            }
+            let (impulse, couple) = (*velocity * self.before[index].mass(), self.before[index].inertia() * *spin);
+            bodies[index].kick(impulse, couple);
+            if log.skips_slower().is_none() {
+                let body = &bodies[index];
+                let ends = [(Some(index), DVec3::ZERO), (None, DVec3::ZERO)];
+                let place = (body.mid_position, self.before[index].velocity);
+                log.link(step.time + 0.5 * step.length, ends, place, (impulse, couple));
+            }
+        }
+    }
+}
+
+/// A rigid motion that strains nothing.
+#[derive(Clone, Copy, Default)]
+struct Carrier {
+    place: DVec3,
+    velocity: DVec3,
+    spin: DVec3,
+}
+
+impl Carrier {
+    /// The motion of what a linkage is anchored to, if it is.
+    fn of_anchor(linkage: usize, movers: &[Mover], (linkages, bodies): &Held<'_>) -> Option<Self> {
+        let joints = linkages.joints_of(linkage).iter().map(|&at| &linkages.joints[at]);
+        let mut anchored = None;
+        for end in joints.flat_map(|joint| joint.ends) {
+            match end.body {
+                None => return Some(Carrier::default()),
+                Some(body) if movers[body].inverse_mass == 0.0 => {
+                    let Mover { velocity, spin, .. } = movers[body];
+                    anchored.get_or_insert(Carrier { place: bodies[body].mid_position, velocity, spin });
+                }
+                Some(_) => {}
+            }
+        }
+        anchored
+    }
+
+    /// The motion of its anchor, or that of a free linkage as a whole, which turns or does not.
+    fn of(linkage: usize, movers: &[Mover], held: &Held<'_>, turns: bool) -> Self {
+        if let Some(anchor) = Carrier::of_anchor(linkage, movers, held) {
+            return anchor;
+        }
+        let (linkages, states) = held;
+        let bodies = linkages.bodies_of(linkage);
+        let (mut mass, mut place, mut momentum) = (0.0, DVec3::ZERO, DVec3::ZERO);
+        for &body in bodies {
+            let own = movers[body].mass();
+            mass += own;
+            place += own * states[body].mid_position;
+            momentum += own * movers[body].velocity;
+        }
+        let (place, velocity) = (place / mass, momentum / mass);
+        let (mut angular, mut inertia) = (DVec3::ZERO, DMat3::ZERO);
+        for &body in bodies.iter().filter(|_| turns) {
+            let (own, arm) = (movers[body].mass(), states[body].mid_position - place);
+            let outer = DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z);
+            let turning = movers[body].inertia();
+            inertia += turning + (DMat3::from_diagonal(DVec3::splat(arm.length_squared())) - outer) * own;
+            angular += turning * movers[body].spin + own * arm.cross(movers[body].velocity - velocity);
+        }
+        let spin = if turns { inertia.inverse() * angular } else { DVec3::ZERO };
+        Carrier { place, velocity, spin: if spin.is_finite() { spin } else { DVec3::ZERO } }
+    }
+
+    /// Velocity and spin of a body carried at a place.
+    fn motion(&self, place: DVec3) -> (DVec3, DVec3) {
+        (self.velocity + self.spin.cross(place - self.place), self.spin)
+    }
+
+    /// Velocity and spin of a body whose motion relative to this one is slowed to a share.
+    fn slowed(&self, body: usize, movers: &[Mover], bodies: &[BodyState], share: f64) -> (DVec3, DVec3) {
+        let (velocity, spin) = self.motion(bodies[body].mid_position);
+        let own = &movers[body];
+        (velocity + share * (own.velocity - velocity), spin + share * (own.spin - spin))
+    }
+
+    /// Kinetic energy of a body relative to this motion \[J\].
+    fn energy(&self, body: usize, movers: &[Mover], bodies: &[BodyState]) -> f64 {
+        let (velocity, spin) = self.motion(bodies[body].mid_position);
+        let own = &movers[body];
+        let turning = own.spin - spin;
+        0.5 * own.mass() * (own.velocity - velocity).length_squared()
+            + 0.5 * turning.dot(own.inertia() * turning)
+    }
+}

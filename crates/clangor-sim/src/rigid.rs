@@ -56,6 +56,7 @@ mod spring_balance;
 mod state;
 mod step_log;
 mod stiff_spring;
+mod strained_net;
 mod world;
 
 pub use compliance::ContactModes;

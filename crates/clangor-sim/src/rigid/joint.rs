@@ -48,7 +48,7 @@ pub(super) struct PlacedEnds {
 
 impl PlacedEnds {
     /// From the far end to the near one \[m\].
-    fn between(&self) -> DVec3 {
+    pub(super) fn between(&self) -> DVec3 {
         self.points[0] - self.points[1]
     }
 }

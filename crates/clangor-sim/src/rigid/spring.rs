@@ -213,6 +213,13 @@ impl Spring {
         0.5 * impulse * (placed.rate + rate) + stored - self.ledger.stored
     }
 
+    /// Energy at the end of a step \[J\], where `next` gives the poses at the middle of the next one.
+    pub(super) fn stored(&self, next: impl Fn(usize) -> Pose) -> f64 {
+        let [near, far] = self.points(next);
+        let extension = near.0.distance(far.0) - self.rest_length;
+        0.5 * self.stiffness * extension * self.ledger.extension.unwrap_or(extension)
+    }
+
     /// Ends the step of a spring that was placed.
     pub(super) fn end(&mut self, placed: &Placed, bodies: &[BodyState]) {
         let rate = self.velocity(placed.arms, |body| bodies[body].mover()).dot(placed.along);

@@ -32,11 +32,15 @@ use super::pair::Step;
 use super::reactions::Reactions;
 use super::state::BodyState;
 use super::step_log::StepLog;
+use super::strained_net::{Motion, StrainedNet};
 
 /// Part of the energy of a linkage that its links may add to it before they take some.
 const SHARE: f64 = 1e-3;
 /// Bisections for the brake.
 const ROUNDS: u32 = 8;
+/// Nets of more bodies have fewer bisections.
+const MANY: usize = 30;
+const FEW_ROUNDS: u32 = 2;
 /// Links are closed to this error \[m\]: the work of a force over it is not counted.
 const CLOSED: f64 = 1e-13;
 
@@ -141,33 +145,71 @@ impl SpringBalance {
         if closed.is_ok() && self.keeps(linkage, reactions, movers, flight) {
             return Ok(());
         }
-        let brakes: Vec<(DVec3, DVec3)> = bodies.iter().map(|&body| self.brakes[body]).collect();
+        let held = (flight.linkages, flight.bodies);
+        let now = |body: usize| flight.bodies[body].middle_pose();
+        let net = StrainedNet::of(flight.linkages, linkage, &now, (duration, &next));
+        let brakes: Vec<Motion> = bodies.iter().map(|&body| self.brakes[body]).collect();
+        let flown = self.starts(linkage, movers, flight);
         self.braked = true;
+        let mut kept = false;
         for turns in [true, false] {
-            let carrier = Carrier::of(linkage, &free, &(flight.linkages, flight.bodies), turns);
+            let carrier = Carrier::of(linkage, &free, &held, turns);
             let mut slowed = |share: f64, balance: &mut Self| {
                 reactions.restart_slot(linkage);
-                for (&body, earlier) in bodies.iter().zip(&brakes) {
+                for &body in bodies {
                     let (velocity, spin) = carrier.slowed(body, &free, flight.bodies, share);
-                    balance.brakes[body] =
-                        (earlier.0 + velocity - free[body].velocity, earlier.1 + spin - free[body].spin);
                     movers[body] = Mover { velocity, spin, ..free[body] };
                 }
-                let closed = reactions.settle(flight.linkages, movers, linkage, (duration, &next));
-                closed.is_ok() && balance.keeps(linkage, reactions, movers, flight)
+                let closed = match &net {
+                    Some(net) => {
+                        net.relax(movers, &flown);
+                        for (&body, earlier) in bodies.iter().zip(&brakes) {
+                            let (velocity, spin) = (movers[body].velocity, movers[body].spin);
+                            balance.brakes[body] =
+                                (earlier.0 + velocity - free[body].velocity, earlier.1 + spin - free[body].spin);
+                        }
+                        true
+                    }
+                    None => {
+                        for (&body, earlier) in bodies.iter().zip(&brakes) {
+                            let (velocity, spin) = (movers[body].velocity, movers[body].spin);
+                            balance.brakes[body] =
+                                (earlier.0 + velocity - free[body].velocity, earlier.1 + spin - free[body].spin);
+                        }
+                        reactions.settle(flight.linkages, movers, linkage, (duration, &next)).is_ok()
+                    }
+                };
+                closed && balance.keeps(linkage, reactions, movers, flight)
             };
-            if !slowed(0.0, self) {
+            if net.is_some() && slowed(1.0, self) {
+                return Ok(());
+            }
+            kept = slowed(0.0, self);
+            if !kept {
                 continue;
             }
             let (mut low, mut high) = (0.0, 1.0);
-            for _ in 0..ROUNDS {
+            for _ in 0..if bodies.len() > MANY { FEW_ROUNDS } else { ROUNDS } {
                 let share = 0.5 * (low + high);
                 if slowed(share, self) { low = share } else { high = share }
             }
             slowed(low, self);
             return Ok(());
         }
-        closed
+        if net.is_some() || kept { Ok(()) } else { closed }
+    }
+
+    /// Velocities from which the search for a step begins: none, those before, and back to where bodies
+    /// were, which a net had reached with its energy.
+    fn starts(&self, linkage: usize, movers: &[Mover], flight: &Flight<'_>) -> Vec<Vec<Motion>> {
+        let held = (flight.linkages, flight.bodies);
+        let carrier = Carrier::of(linkage, &self.before, &held, false);
+        let bodies = flight.linkages.bodies_of(linkage);
+        let of = |share: f64| {
+            bodies.iter().map(|&body| carrier.slowed(body, &self.before, flight.bodies, share)).collect()
+        };
+        let closed = bodies.iter().map(|&body| (movers[body].velocity, movers[body].spin)).collect();
+        [-1.0, -0.5, 0.0, 0.5, 1.0].map(of).into_iter().chain([closed]).collect()
     }
 
     /// Whether a linkage keeps its balance with these velocities.

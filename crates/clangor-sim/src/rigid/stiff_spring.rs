@@ -117,8 +117,23 @@ impl StiffSpring {
         0.5 * self.stiffness * (length - self.rest_length).powi(2)
     }
 
+    /// Tension at a length, without damping \[N\].
+    pub(super) fn force(&self, length: f64) -> f64 {
+        self.stiffness * (length - self.rest_length)
+    }
+
+    /// Stiffness along it \[N/m\].
+    pub(super) fn stiffness(&self) -> f64 {
+        self.stiffness
+    }
+
+    /// Damping along it \[N s/m\].
+    pub(super) fn damping(&self) -> f64 {
+        self.damping
+    }
+
     /// Stiffness across the spring, for its present length \[N/m\].
-    fn across(&self, length: f64) -> f64 {
+    pub(super) fn across(&self, length: f64) -> f64 {
         if length > self.rest_length { self.stiffness * (1.0 - self.rest_length / length) } else { 0.0 }
     }
 

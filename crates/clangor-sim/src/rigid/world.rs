@@ -184,6 +184,21 @@ impl RigidWorld {
         self.kinetic_energy() - free.map(|b| b.mass * self.gravity.dot(b.position)).sum::<f64>()
     }
 
+    /// Energy of all springs \[J\]: of stiff ones where the law of the last step holds, at the middle of the
+    /// next step; of the others `½ k e e⁺`, with their extensions e at the middles of the last step and of the
+    /// next one. Together with [`Self::energy`] it is what the solver keeps.
+    pub fn spring_energy(&self) -> f64 {
+        let next = |body: usize| {
+            let state = &self.bodies[body];
+            if self.steps == 0 {
+                return state.start_pose();
+            }
+            state.next_middle(&state.mover(), self.time() - self.time_step, self.time_step)
+        };
+        let stiff = (0..self.linkages.count()).map(|linkage| self.linkages.stored(linkage, &next));
+        stiff.sum::<f64>() + self.springs.iter().map(|spring| spring.stored(next)).sum::<f64>()
+    }
+
     /// Bound on the speed of any point of a body \[m/s\].
     pub fn surface_speed(&self, body: BodyId) -> f64 {
         let state = &self.bodies[body.index()];

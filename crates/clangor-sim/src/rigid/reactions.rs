@@ -105,6 +105,7 @@ impl Reactions {
                     impulse: 0.0,
                     rope,
                     give,
+                    released: false,
                 };
                 self.rows.extend(blocked.iter().zip(gives).map(row));
                 self.placed.push((index, placed));
@@ -291,7 +292,8 @@ impl Reactions {
             let (damping, braked) = joint.damped(placed, spin(movers));
             let Some(about) = braked.try_normalize().filter(|_| damping > 0.0) else { continue };
             let blocked = Blocked { along: DVec3::ZERO, turning: [about; 2] };
-            let mut row = Row { joint: *index, blocked, ends, impulse: 0.0, rope: None, give: None };
+            let (rope, give, released) = (None, None, false);
+            let mut row = Row { joint: *index, blocked, ends, impulse: 0.0, rope, give, released };
             let mobility = self.own_response(movers, &row);
             let impulse = -damping * length * braked.length() / (1.0 + damping * length * mobility);
             row.push(movers, impulse);
@@ -350,6 +352,12 @@ impl Reactions {
         let rows = &self.rows[self.solved[slot].rows.clone()];
         let work = |row: &Row| 0.5 * row.impulse * (row.rate(before) + row.rate(after));
         (rows.iter().map(work).sum(), rows.iter().map(|row| row.impulse.abs()).sum())
+    }
+
+    /// Releases the stiff springs: they do not react any more.
+    pub(super) fn release_springs(&mut self, movers: &[Mover]) {
+        self.rows.iter_mut().for_each(|row| row.released |= row.give.is_some());
+        (0..self.solved.len()).for_each(|slot| self.factorize(slot, movers));
     }
 
     /// Work \[J\] of the impulses so far, by linkage.

@@ -76,15 +76,17 @@ impl ContactPhase {
         log: &mut StepLog,
     ) -> Result<u32, (usize, f64)> {
         self.assemble_bodies(bodies, linkages, step);
-        self.close_joints(bodies, linkages, step)?;
+        let flight = Flight { linkages, bodies, step };
+        self.close_joints(&flight, &[])?;
         self.reactions.brake(linkages, &mut self.movers, step.length);
         if self.reactions.has_brakes() {
-            self.close_joints(bodies, linkages, step)?;
+            self.close_joints(&flight, &[])?;
         }
         self.assemble_rows(bodies, pairs, step);
         let sweeps = if self.rows.is_empty() && self.grips.is_empty() { 0 } else { self.sweep(step) };
         if sweeps > 0 {
-            self.close_joints(bodies, linkages, step)?;
+            let swept = self.movers.clone();
+            self.close_joints(&flight, &swept)?;
         }
         self.balance.end();
         self.log(bodies, pairs, step, log);
@@ -158,15 +160,18 @@ impl ContactPhase {
         }
     }
 
-    fn close_joints(
-        &mut self,
-        bodies: &[BodyState],
-        linkages: &Linkages,
-        step: &Step,
-    ) -> Result<(), (usize, f64)> {
-        let flight = Flight { linkages, bodies, step };
-        let ContactPhase { movers, reactions, balance, .. } = self;
-        (0..linkages.count()).try_for_each(|linkage| balance.close(linkage, reactions, movers, &flight))
+    /// Closes all joints; `swept` has the bodies after the sweeps of contacts.
+    fn close_joints(&mut self, flight: &Flight<'_>, swept: &[Mover]) -> Result<(), (usize, f64)> {
+        let ContactPhase { movers, reactions, balance, rows, .. } = self;
+        let linkages = flight.linkages;
+        (0..linkages.count()).try_for_each(|linkage| {
+            let holds = |row: &&Row| [row.a, row.b].iter().any(|&body| linkages.of(body) == Some(linkage));
+            let pressed = |movers: &[Mover]| -> f64 {
+                let rows = rows.iter().filter(|_| !swept.is_empty()).filter(holds);
+                rows.map(|row| row.half_work(movers) - row.half_work(swept)).sum()
+            };
+            balance.close(linkage, reactions, movers, (flight, &pressed))
+        })
     }
 
     /// Sets up one row for each point that may bear in this step.

@@ -58,6 +58,10 @@ impl Flight<'_> {
     }
 }
 
+/// What the impulses of contacts add to the energy \[J\], because these velocities differ from those for which
+/// they were found.
+pub(super) type Pressed<'a> = dyn Fn(&[Mover]) -> f64 + 'a;
+
 /// Linkages and their bodies.
 type Held<'a> = (&'a Linkages, &'a [BodyState]);
 
@@ -131,7 +135,7 @@ impl SpringBalance {
         linkage: usize,
         reactions: &mut Reactions,
         movers: &mut [Mover],
-        flight: &Flight<'_>,
+        (flight, pressed): (&Flight<'_>, &Pressed<'_>),
     ) -> Result<(), (usize, f64)> {
         let next = |body: usize, mover: &Mover| flight.next(body, mover);
         let duration = flight.step.length;
@@ -142,7 +146,7 @@ impl SpringBalance {
         let mut free = movers.to_vec();
         reactions.take_back(linkage, &mut free);
         let closed = reactions.settle(flight.linkages, movers, linkage, (duration, &next));
-        if closed.is_ok() && self.keeps(linkage, reactions, movers, flight) {
+        if closed.is_ok() && self.keeps(linkage, reactions, movers, (flight, pressed)) {
             return Ok(());
         }
         let held = (flight.linkages, flight.bodies);
@@ -179,7 +183,7 @@ impl SpringBalance {
                         reactions.settle(flight.linkages, movers, linkage, (duration, &next)).is_ok()
                     }
                 };
-                closed && balance.keeps(linkage, reactions, movers, flight)
+                closed && balance.keeps(linkage, reactions, movers, (flight, pressed))
             };
             if net.is_some() && slowed(1.0, self) {
                 return Ok(());
@@ -218,7 +222,7 @@ impl SpringBalance {
         linkage: usize,
         reactions: &mut Reactions,
         movers: &[Mover],
-        flight: &Flight<'_>,
+        (flight, pressed): (&Flight<'_>, &Pressed<'_>),
     ) -> bool {
         let next = flight.linkages.stored(linkage, &|body| flight.next(body, &movers[body]));
         let (work, rounding) = reactions.work(linkage, &self.before, movers);
@@ -235,6 +239,7 @@ impl SpringBalance {
         let account = &mut self.accounts[linkage];
         account.next = next;
         account.gain = account.impacts + work + braking + next - account.stored.unwrap_or(next);
+        account.gain += pressed(movers).max(0.0);
         let rounding = rounding * CLOSED / flight.step.length;
         account.excess + account.gain <= account.allowed + rounding
     }

@@ -27,7 +27,7 @@ const FOLLOWED: f64 = 0.1;
 
 /// Springs of one body are followed together up to this sum of (ω Δt)² + 2 c w Δt; the bound of stability is
 /// 4.
-const TOGETHER: f64 = 2.0;
+const TOGETHER: f64 = 0.5;
 
 /// The law of a spring that is solved implicitly.
 #[derive(Clone, Copy)]

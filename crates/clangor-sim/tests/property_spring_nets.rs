@@ -1,4 +1,5 @@
-//! Nets of springs of any stiffness, with light bodies thrown into them: energy never grows.
+//! Nets of springs of any stiffness and damping between light bodies that are thrown, spin, and collide: energy
+//! never grows, momentum balances, and every run ends.
 
 #[path = "scenes/rigid.rs"]
 #[allow(dead_code)]
@@ -6,164 +7,223 @@ mod scenes;
 
 use clangor_core::body::{Body, BodyId, Link, LinkEnd, World};
 use clangor_core::glam::DVec3;
-use clangor_sim::SimulationError;
 use clangor_sim::rigid::{RigidWorld, StepLog};
 
 use scenes::{Random, ball, cuboid, floor, material, solid, world};
 
+/// Steps of a run.
+const STEPS: usize = 200;
+/// Seeds of each kind of net.
+const SEEDS: u64 = 16;
+
+/// What a net is like.
 #[derive(Clone, Copy, Debug)]
 struct Kind {
+    /// Powers of ten of the stiffness \[N/m\].
     decades: [f64; 2],
+    /// Whether springs have dampers of 1e-3 to 1e6 N s/m.
     damped: bool,
+    /// Whether springs are attached off the centres of mass.
     off_centre: bool,
+    /// Fastest spin \[rad/s\].
     spin: f64,
+    /// Fastest speed \[m/s\].
     speed: f64,
+    /// Whether two balls are thrown into the net, above a floor.
     contacts: bool,
+    /// Most strain at the start; above 0.1, a fifth of the springs has no rest length.
     strain: f64,
-    gravity: bool,
 }
 
-fn net(seed: u64, kind: Kind) -> World {
-    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-    let steel = material(7850.0, if seed % 2 == 0 { 0.9 } else { 0.3 }, 0.3, 0.0);
-    let mut bodies = Vec::new();
+/// Springs of 1e4 to 1e12 N/m without strain.
+const STIFF: Kind = Kind {
+    decades: [4.0, 12.0],
+    damped: false,
+    off_centre: false,
+    spin: 0.0,
+    speed: 5.0,
+    contacts: false,
+    strain: 0.0,
+};
+/// Springs of 0.1 to 1000 N/m, with much strain.
+const SOFT: Kind = Kind { decades: [-1.0, 3.0], strain: 0.5, ..STIFF };
+/// Springs of every stiffness.
+const MIXED: Kind = Kind { decades: [-1.0, 12.0], strain: 0.1, off_centre: true, spin: 1e3, ..STIFF };
+
+/// Two to six balls and bars of 0.5 to 5 mm in a row, thrown in all directions.
+fn thrown(random: &mut Random, kind: Kind, spacing: f64) -> Vec<Body> {
+    let steel = material(7850.0, 0.3 + 0.6 * random.unit(), 0.3, 0.0);
     let count = 2 + (random.unit() * 5.0) as u32;
-    let spacing = 0.02 + 0.03 * random.unit();
+    let mut bodies = Vec::new();
     for k in 0..count {
-        let radius = 10_f64.powf(-3.3 + 1.0 * random.unit());
-        let bar = || solid("bar", &steel, &[cuboid(DVec3::new(radius * 3.0, radius, 0.6 * radius))]);
+        let radius = 10_f64.powf(-3.3 + random.unit());
+        let bar = || solid("bar", &steel, &[cuboid(DVec3::new(3.0, 1.0, 0.6) * radius)]);
         let mut body = if k % 3 < 2 { ball(&steel, radius) } else { bar() };
         body.pose.position = DVec3::X * spacing * f64::from(k) + random.direction() * 0.2 * spacing;
         body.velocity = random.direction() * kind.speed * random.unit();
         body.angular_velocity = random.direction() * kind.spin * random.unit();
         bodies.push(body);
     }
-    let mut links = Vec::new();
+    bodies
+}
+
+/// A spring between a body and the next one, or a point nearby.
+fn spring(random: &mut Random, kind: Kind, (bodies, near): (&[Body], u32), spacing: f64) -> Link {
+    let next = (near + 1) % bodies.len() as u32;
+    let mut hold = |body: u32| {
+        let radius = bodies[body as usize].surface.bounding_radius();
+        if kind.off_centre { random.direction() * 0.9 * radius } else { DVec3::ZERO }
+    };
+    let (at, far) = (hold(near), hold(next));
+    let place = |body: u32| bodies[body as usize].pose.position;
+    let (to, other) = if random.unit() < 0.5 {
+        let point = place(near) + random.direction() * spacing * (0.5 + random.unit());
+        (LinkEnd::Point(point), point)
+    } else {
+        (LinkEnd::Body { body: BodyId(next), at: far }, place(next) + far)
+    };
+    let stiffness = 10_f64.powf(kind.decades[0] + (kind.decades[1] - kind.decades[0]) * random.unit());
+    let damping = if kind.damped { 10_f64.powf(-3.0 + 9.0 * random.unit()) } else { 0.0 };
+    let length = (place(near) + at).distance(other);
+    let slack = kind.strain > 0.1 && random.unit() < 0.2;
+    let rest_length = if slack { 0.0 } else { length * (1.0 + kind.strain * random.signed()) };
+    Link::Spring { body: BodyId(near), at, to, rest_length, stiffness, damping }
+}
+
+fn net(seed: u64, kind: Kind) -> World {
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    let spacing = 0.02 + 0.03 * random.unit();
+    let mut bodies = thrown(&mut random, kind, spacing);
+    let count = bodies.len() as u32;
     let springs = count + (random.unit() * f64::from(2 * count)) as u32;
-    for k in 0..springs {
-        let near = k % count;
-        let radius = |body: u32| bodies[body as usize].surface.bounding_radius();
-        let mut hold = |body: u32| if kind.off_centre { random.direction() * 0.9 * radius(body) } else { DVec3::ZERO };
-        let at = hold(near);
-        let far = hold((near + 1) % count);
-        let anchored = random.unit() < 0.5;
-        let to = if anchored {
-            LinkEnd::Point(bodies[near as usize].pose.position + random.direction() * spacing * (0.5 + random.unit()))
-        } else {
-            LinkEnd::Body { body: BodyId((near + 1) % count), at: far }
-        };
-        let stiffness = 10_f64.powf(kind.decades[0] + (kind.decades[1] - kind.decades[0]) * random.unit());
-        let damping = if kind.damped { 10_f64.powf(-3.0 + 9.0 * random.unit()) } else { 0.0 };
-        let place = |body: u32, at: DVec3| bodies[body as usize].pose.position + at;
-        let other = match to {
-            LinkEnd::Point(point) => point,
-            LinkEnd::Body { body, at } => place(body.0, at),
-        };
-        let length = place(near, at).distance(other);
-        let rest_length = if random.unit() < 0.2 && kind.strain > 0.1 { 0.0 } else { length * (1.0 + kind.strain * random.signed()) };
-        links.push(Link::Spring { body: BodyId(near), at, to, rest_length, stiffness, damping });
-    }
+    let links = (0..springs).map(|k| spring(&mut random, kind, (&bodies, k % count), spacing)).collect();
     if kind.contacts {
-        for k in 0..2 {
-            let mut thrown = ball(&steel, 0.002);
-            thrown.pose.position = DVec3::new(spacing * f64::from(count) * random.unit(), 0.08 + 0.02 * f64::from(k), 0.0);
-            thrown.velocity = (bodies[(k as usize) % count as usize].pose.position - thrown.pose.position).normalize() * kind.speed;
-            bodies.push(thrown);
+        let steel = material(7850.0, 0.9, 0.3, 0.0);
+        for k in 0..2_u32 {
+            let mut missile = ball(&steel, 0.002);
+            let x = spacing * f64::from(count) * random.unit();
+            missile.pose.position = DVec3::new(x, 0.08 + 0.02 * f64::from(k), 0.0);
+            let aim = bodies[(k % count) as usize].pose.position - missile.pose.position;
+            missile.velocity = aim.normalize() * kind.speed;
+            bodies.push(missile);
         }
-        let mut below: Body = floor(&steel);
+        let mut below = floor(&steel);
         below.pose.position = DVec3::NEG_Y * 0.05;
         bodies.push(below);
     }
-    let gravity = if kind.gravity { DVec3::NEG_Y * 9.81 } else { DVec3::ZERO };
-    World { gravity, links, ..world(bodies) }
+    World { links, ..world(bodies) }
 }
 
-/// Growth of the energy of a run, relative to the largest before; and how it ended.
-fn run(world: &World, step: f64, steps: usize) -> Result<(f64, f64, f64, Result<(), SimulationError>), SimulationError> {
-    let mut rigid = RigidWorld::try_new(world, step, true)?;
+fn time_step(seed: u64) -> f64 {
+    [1e-5, 1e-4, 2.5e-4, 1e-3][seed as usize % 4]
+}
+
+/// Largest growth of the energy of motion and weight, and of that energy with the springs, relative to the
+/// motion and the strain of the start.
+fn growth(seed: u64, kind: Kind) -> (f64, f64) {
+    let mut rigid = RigidWorld::try_new(&net(seed, kind), time_step(seed), true).unwrap();
     let mut log = StepLog::new();
-    let stiff = |link: &Link| matches!(link, Link::Spring { .. });
-    assert!(world.links.iter().any(stiff));
     let first = rigid.energy() + rigid.spring_energy();
-    let base = first - (rigid.energy() - rigid.kinetic_energy());
-    let mut most = 0.0_f64;
-    let mut lowest = first;
-    let mut rise = 0.0_f64;
-    let ended = (0..steps).try_for_each(|_| {
-        rigid.step(&mut log)?;
-        let now = rigid.energy() + rigid.spring_energy();
-        most = most.max(now - first);
-        lowest = lowest.min(now);
-        rise = rise.max(rigid.energy() - first);
-        Ok(())
-    });
-    Ok((base, rise / base, most / base, ended))
+    let scale = rigid.kinetic_energy() + rigid.spring_energy();
+    let (mut motion, mut all) = (0.0_f64, 0.0_f64);
+    for _ in 0..STEPS {
+        // Nets of springs alone can always be followed.
+        rigid.step(&mut log).unwrap_or_else(|error| panic!("net {seed}, {kind:?}: {error}"));
+        motion = motion.max(rigid.energy() - first);
+        all = all.max(rigid.energy() + rigid.spring_energy() - first);
+    }
+    (motion / scale, all / scale)
 }
 
+/// Bodies never move with more energy than there was, on springs of any stiffness and damping, whatever
+/// they are attached to, hit, or spin by in a step.
 #[test]
-fn survey() {
-    let sets: Vec<(&str, Kind)> = {
-        let base = Kind { decades: [4.0, 12.0], damped: false, off_centre: false, spin: 0.0, speed: 5.0, contacts: false, strain: 0.0, gravity: true };
-        vec![
-            ("stiff", base),
-            ("stiff damped", Kind { damped: true, ..base }),
-            ("stiff strained", Kind { strain: 1e-3, ..base }),
-            ("stiff very strained", Kind { strain: 0.3, ..base }),
-            ("stiff contacts", Kind { contacts: true, ..base }),
-            ("stiff off", Kind { off_centre: true, spin: 100.0, ..base }),
-            ("stiff off spin", Kind { off_centre: true, spin: 10000.0, ..base }),
-            ("stiff off all", Kind { off_centre: true, spin: 1000.0, contacts: true, ..base }),
-            ("soft", Kind { decades: [-1.0, 3.0], strain: 0.5, ..base }),
-            ("soft damped", Kind { decades: [-1.0, 3.0], strain: 0.5, damped: true, ..base }),
-            ("soft off spin", Kind { decades: [-1.0, 3.0], strain: 0.5, off_centre: true, spin: 10000.0, ..base }),
-            ("mixed all", Kind { decades: [-1.0, 12.0], strain: 0.1, off_centre: true, spin: 1000.0, contacts: true, damped: true, ..base }),
-            ("mixed fast", Kind { decades: [-1.0, 12.0], strain: 0.1, off_centre: true, spin: 1000.0, speed: 50.0, contacts: true, ..base }),
-        ]
-    };
-    for (name, kind) in sets {
-        let (mut worst, mut worst_rise, mut failed, mut grew, mut count) = ((0.0, 0, 0.0), 0.0_f64, 0, 0, 0);
-        let mut firsterr = None;
-        for seed in 1..40 {
-            let step = [1e-5, 1e-4, 2.5e-4, 1e-3][seed as usize % 4];
-            let begin = std::time::Instant::now();
-            let result = run(&net(seed, kind), step, 200);
-            if begin.elapsed().as_secs_f64() > 0.5 { println!("   slow {name} {seed} {step} {:?} {:?}", begin.elapsed(), result.as_ref().map(|r| (r.0, r.1))); }
-            match result {
-                Ok((base, most, rise, ended)) => {
-                    count += 1;
-                    if most > 1e-3 || rise > 1e-3 { println!("   {name} {seed} {step} base {base:e} motion {most:e} total {rise:e}"); grew += 1; }
-                    if most > worst.0 { worst = (most, seed, base); }
-                    worst_rise = worst_rise.max(rise);
-                    if let Err(e) = ended { failed += 1; firsterr.get_or_insert(e.to_string()); }
-                }
-                Err(e) => { firsterr.get_or_insert(format!("start {e}")); }
+fn nets_of_stiff_springs_never_throw_bodies_faster() {
+    let kinds = [
+        STIFF,
+        Kind { damped: true, ..STIFF },
+        Kind { strain: 1e-3, ..STIFF },
+        Kind { strain: 0.3, ..STIFF },
+        Kind { contacts: true, ..STIFF },
+        Kind { off_centre: true, spin: 1e2, ..STIFF },
+        Kind { off_centre: true, spin: 1e4, ..STIFF },
+        Kind { off_centre: true, spin: 1e3, contacts: true, ..STIFF },
+        Kind { damped: true, contacts: true, ..MIXED },
+        Kind { speed: 50.0, contacts: true, ..MIXED },
+    ];
+    for kind in kinds {
+        let grown = (1..=SEEDS).map(|seed| (growth(seed, kind).0, seed));
+        let (worst, seed) = grown.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        println!("{kind:?}: {worst:.1e} in net {seed}");
+        // Seen: none. Before springs had a balance, 2e6 % and more, or an error.
+        assert!(worst <= 1e-3, "{kind:?}, net {seed}: {worst:e}");
+    }
+}
+
+/// Springs that a step follows keep motion and strain together, or lose some.
+#[test]
+fn nets_of_soft_springs_gain_no_energy() {
+    let kinds = [SOFT, Kind { damped: true, ..SOFT }, Kind { off_centre: true, spin: 1e4, ..SOFT }];
+    for kind in kinds {
+        let grown = (1..=2 * SEEDS).map(|seed| (growth(seed, kind).1, seed));
+        let (worst, seed) = grown.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        println!("{kind:?}: {worst:.1e} in net {seed}");
+        // Seen: 5e-4.
+        assert!(worst <= 2e-3, "{kind:?}, net {seed}: {worst:e}");
+    }
+}
+
+/// A free net of light balls that turn about each other by large angles in a step keeps its momentum, and the
+/// log holds every impulse.
+#[test]
+fn braked_nets_balance_momentum() {
+    let steel = material(7850.0, 0.5, 0.3, 0.0);
+    let mut random = Random(77);
+    let mut bodies = Vec::new();
+    for k in 0..4 {
+        let mut body = ball(&steel, 0.001);
+        body.pose.position = DVec3::X * 0.01 * f64::from(k) + random.direction() * 0.002;
+        body.velocity = random.direction() * 20.0;
+        body.angular_velocity = random.direction() * 1e3;
+        bodies.push(body);
+    }
+    let mut links = Vec::new();
+    for (a, b) in [(0_u32, 1_u32), (1, 2), (2, 3), (3, 0), (0, 2)] {
+        let [at, far] = [0, 1].map(|_| random.direction() * 0.0008);
+        let place = |body: u32| bodies[body as usize].pose.position;
+        let rest_length = (place(a) + at).distance(place(b) + far);
+        let to = LinkEnd::Body { body: BodyId(b), at: far };
+        links.push(Link::Spring { body: BodyId(a), at, to, rest_length, stiffness: 1e9, damping: 0.0 });
+    }
+    let world = World { gravity: DVec3::ZERO, links, ..world(bodies) };
+    let mut rigid = RigidWorld::try_new(&world, 1e-3, true).unwrap();
+    let mut log = StepLog::new();
+    let state = |rigid: &RigidWorld| [0, 1, 2, 3].map(|body| rigid.momentum(BodyId(body)));
+    let total = |all: [(DVec3, DVec3); 4]| all.iter().map(|own| own.0).sum::<DVec3>();
+    let (first, energy) = (total(state(&rigid)), rigid.kinetic_energy());
+    let scale = world.bodies[0].mass * 20.0;
+    let (mut worst, mut drift, mut most) = ([0.0_f64; 2], 0.0_f64, 0.0_f64);
+    for _ in 0..STEPS {
+        let before = state(&rigid);
+        rigid.step(&mut log).unwrap();
+        let mut sums = [(DVec3::ZERO, DVec3::ZERO); 4];
+        for impulse in log.impulses() {
+            let row = &impulse.row;
+            for (body, arm, sign) in [(row.body_a, impulse.arm_a, 1.0), (row.body_b, impulse.arm_b, -1.0)] {
+                let Some(sum) = sums.get_mut(body.index()) else { continue };
+                sum.0 += row.impulse() * sign;
+                sum.1 += (arm.cross(row.impulse()) + row.couple) * sign;
             }
         }
-        println!("{name:22} {count} nets, {grew} grew, {failed} ended, worst {:.3e} (seed {}, {:.2e} J), total {worst_rise:.2e} {}", worst.0, worst.1, worst.2, firsterr.unwrap_or_default());
+        for ((after, before), sum) in state(&rigid).iter().zip(before).zip(sums) {
+            worst[0] = worst[0].max((after.0 - before.0 - sum.0).length() / scale);
+            worst[1] = worst[1].max((after.1 - before.1 - sum.1).length() / (scale * 1e-3));
+        }
+        drift = drift.max((total(state(&rigid)) - first).length() / scale);
+        most = most.max(rigid.kinetic_energy() / energy);
     }
-}
-
-
-#[test]
-fn one() {
-    let base = Kind { decades: [4.0, 12.0], damped: false, off_centre: false, spin: 0.0, speed: 5.0, contacts: false, strain: 0.0, gravity: true };
-    let soft = Kind { decades: [-1.0, 3.0], strain: 0.5, ..base };
-    let which: u64 = std::env::var("SEED").unwrap().parse().unwrap();
-    let kind = match std::env::var("KIND").unwrap().as_str() { "soft" => soft, "off" => Kind { off_centre: true, spin: 1000.0, contacts: true, ..base }, _ => Kind { damped: true, ..base } };
-    for (kind, seed, count) in [(kind, which, 200)] {
-    let step = [1e-5, 1e-4, 2.5e-4, 1e-3][seed as usize % 4];
-    let world = net(seed, kind);
-    println!("==== {kind:?} {seed} {step}");
-    for link in &world.links { if let Link::Spring { body, at, to, rest_length, stiffness, damping } = link { let m = world.bodies[body.index()].mass; println!("{body:?} {at:?} {to:?} {rest_length} {stiffness:e} {damping:e} m {} kw {:e}", m, stiffness / m * step * step); } }
-    let mut rigid = RigidWorld::try_new(&world, step, true).unwrap();
-    let mut log = StepLog::new();
-    let mut last = rigid.energy() + rigid.spring_energy();
-    println!("{:e} {:e} {:e} sum {last:e}", rigid.energy(), rigid.kinetic_energy(), rigid.spring_energy());
-    for n in 0..count {
-        if let Err(e) = rigid.step(&mut log) { println!("{e}"); break; }
-        let now = rigid.energy() + rigid.spring_energy();
-        if (now > last * 1.01 && now > 0.0) || n < 12 { println!("{n} U+K {:e} K {:e} V {:e} sum {now:e}", rigid.energy(), rigid.kinetic_energy(), rigid.spring_energy()); }
-        last = now;
-    }
-    }
+    println!("imbalance {worst:?}, drift of the momentum {drift:.1e}, energy {most}");
+    assert!(worst[0] < 1e-9 && worst[1] < 1e-9, "{worst:?}");
+    assert!(drift < 1e-9, "{drift:e}");
+    assert!(most <= 1.001, "{most}");
 }

@@ -119,13 +119,7 @@ impl Spring {
     }
 
     /// Applies and logs the impulse of one step.
-    pub(super) fn pull(
-        &self,
-        placed: &mut Placed,
-        bodies: &mut [BodyState],
-        step: &Step,
-        log: &mut StepLog,
-    ) {
+    pub(super) fn pull(&self, placed: &mut Placed, bodies: &mut [BodyState], step: &Step, log: &mut StepLog) {
         let Placed { near, along, arms, .. } = *placed;
         let velocity = self.velocity(arms, |body| bodies[body].mover());
         placed.impulse = self.chosen(placed, velocity, bodies, step);
@@ -206,8 +200,7 @@ impl Spring {
             }
             mover
         };
-        let [near, far] =
-            self.points(|body| bodies[body].next_middle(&pushed(body), step.time, step.length));
+        let [near, far] = self.points(|body| bodies[body].next_middle(&pushed(body), step.time, step.length));
         let next = near.0.distance(far.0) - self.rest_length;
         let stored = 0.5 * self.stiffness * placed.extension * next;
         0.5 * impulse * (placed.rate + rate) + stored - self.ledger.stored

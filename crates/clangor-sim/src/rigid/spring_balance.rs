@@ -6,26 +6,29 @@
 //! `W = Σ λ_i (s_i⁻ + s_i⁺) / 2`, so that they add `W + V⁺ − V` to the energy,
 //!
 //! exactly, whatever else acts on the bodies. Springs and joints at rest or in motion add nothing; backward
-//! Euler takes energy. But an impulse along the line of a spring before a step does not follow the line
-//! as it turns, and what is left of a stretch becomes a velocity: a light body that turns about its spring by
-//! a large angle in a step would gain energy, without bound. Therefore the sum of these gains since the last
-//! loss is kept below [`SHARE`] of the energy of the linkage. Where it would be more, the bodies are braked
-//! before their links close: their velocities u relative to a motion r that strains nothing become `r + s (u
-//! − r)`, with the largest s of [`ROUNDS`] bisections that keeps the balance.
+//! Euler takes energy. But an impulse along the line of a spring before a step does not follow the line as it
+//! turns, and what is left of a stretch becomes a velocity: light bodies that turn about their springs by
+//! large angles in a step would gain energy, without bound. Therefore the sum of these gains since the last
+//! loss is kept below [`SHARE`] of the energy of the linkage. Where it would be more,
+//!
+//! 1. a linkage of springs alone takes the velocities of `strained_net`, which minimize energy;
+//! 2. where those add energy still, its velocities u relative to a motion r that strains nothing become
+//!    `r + s (u − r)` before, with the largest s of [`ROUNDS`] bisections that keeps the balance.
 //!
 //! r is the motion of what the linkage is anchored to. For a free linkage it is the rigid motion with its
-//! momentum and angular momentum, both of which are kept; only where bodies of a free linkage turn about each
-//! other by such an angle that no s suffices, r is the motion of the centre of mass, and angular momentum is
-//! lost. Linear momentum is always kept.
+//! momentum and angular momentum; where no s suffices, that of its centre of mass. Momentum is always kept.
+//! The impulses of both are in the log, as impulses of the world on each body that cancel in a free linkage.
+//! Reactions of springs to impacts are part of the balance ([`Reactions::work`]), and so is what contacts do
+//! because the bodies move otherwise than when they were solved.
 //!
-//! Reactions of springs to impacts are part of the balance ([`Reactions::work`]).
-//!
-//! What it is not: a friction of springs. Linkages whose motion is resolved are never braked. Linkages
-//! without stiff springs have no balance.
+//! What it is not: a friction of springs. Linkages whose motion is resolved are never braked, and linkages
+//! without stiff springs have no balance. A brake does not keep the angular momentum of a free linkage. At
+//! the start bodies fly for half a step before springs act; what that stores is not given back.
 
 use clangor_core::pose::Pose;
 use glam::{DMat3, DVec3};
 
+use super::closing::Next;
 use super::linkage::Linkages;
 use super::mover::Mover;
 use super::pair::Step;
@@ -89,7 +92,7 @@ pub(super) struct SpringBalance {
     /// Bodies before links and contacts act.
     before: Vec<Mover>,
     /// Changes of velocity and spin by brakes in this step, by body.
-    brakes: Vec<(DVec3, DVec3)>,
+    brakes: Vec<Motion>,
     braked: bool,
 }
 
@@ -119,7 +122,7 @@ impl SpringBalance {
             let flight = &(linkages, bodies);
             let still = Carrier::of(linkage, &self.before, flight, true);
             let energy = |&body: &usize| still.energy(body, &self.before, bodies);
-            let moving: f64 = linkages.bodies_of(linkage).iter().map(energy).sum();
+            let moving: f64 = moving(linkage, &self.before, linkages).iter().map(energy).sum();
             let account = &mut self.accounts[linkage];
             account.stored = Some(stored);
             account.gain = 0.0;
@@ -138,79 +141,98 @@ impl SpringBalance {
         (flight, pressed): (&Flight<'_>, &Pressed<'_>),
     ) -> Result<(), (usize, f64)> {
         let next = |body: usize, mover: &Mover| flight.next(body, mover);
-        let duration = flight.step.length;
+        let ahead: (f64, &Next<'_>) = (flight.step.length, &next);
         if !flight.linkages.has_springs(linkage) {
-            return reactions.settle(flight.linkages, movers, linkage, (duration, &next));
+            return reactions.settle(flight.linkages, movers, linkage, ahead);
         }
-        let bodies = flight.linkages.bodies_of(linkage);
         let mut free = movers.to_vec();
         reactions.take_back(linkage, &mut free);
-        let closed = reactions.settle(flight.linkages, movers, linkage, (duration, &next));
+        let closed = reactions.settle(flight.linkages, movers, linkage, ahead);
         if closed.is_ok() && self.keeps(linkage, reactions, movers, (flight, pressed)) {
             return Ok(());
         }
-        let held = (flight.linkages, flight.bodies);
+        let bodies = moving(linkage, movers, flight.linkages);
         let now = |body: usize| flight.bodies[body].middle_pose();
-        let net = StrainedNet::of(flight.linkages, linkage, &now, (duration, &next));
-        let brakes: Vec<Motion> = bodies.iter().map(|&body| self.brakes[body]).collect();
-        let flown = self.starts(linkage, movers, flight);
+        let net = StrainedNet::of((flight.linkages, linkage), bodies.clone(), &now, ahead);
+        let earlier = bodies.iter().map(|&body| self.brakes[body]).collect();
+        let starts = self.starts(linkage, movers, flight);
+        let attempt = Attempt { linkage, bodies, free, earlier, starts, net, flight, pressed };
         self.braked = true;
-        let mut kept = false;
         for turns in [true, false] {
-            let carrier = Carrier::of(linkage, &free, &held, turns);
-            let mut slowed = |share: f64, balance: &mut Self| {
-                reactions.restart_slot(linkage);
-                for &body in bodies {
-                    let (velocity, spin) = carrier.slowed(body, &free, flight.bodies, share);
-                    movers[body] = Mover { velocity, spin, ..free[body] };
-                }
-                let closed = match &net {
-                    Some(net) => {
-                        net.relax(movers, &flown);
-                        for (&body, earlier) in bodies.iter().zip(&brakes) {
-                            let (velocity, spin) = (movers[body].velocity, movers[body].spin);
-                            balance.brakes[body] =
-                                (earlier.0 + velocity - free[body].velocity, earlier.1 + spin - free[body].spin);
-                        }
-                        true
-                    }
-                    None => {
-                        for (&body, earlier) in bodies.iter().zip(&brakes) {
-                            let (velocity, spin) = (movers[body].velocity, movers[body].spin);
-                            balance.brakes[body] =
-                                (earlier.0 + velocity - free[body].velocity, earlier.1 + spin - free[body].spin);
-                        }
-                        reactions.settle(flight.linkages, movers, linkage, (duration, &next)).is_ok()
-                    }
-                };
-                closed && balance.keeps(linkage, reactions, movers, (flight, pressed))
-            };
-            if net.is_some() && slowed(1.0, self) {
+            let held = (flight.linkages, flight.bodies);
+            let carrier = Carrier::of(linkage, &attempt.free, &held, turns);
+            if self.slow_down(&attempt, &carrier, reactions, movers) {
                 return Ok(());
             }
-            kept = slowed(0.0, self);
-            if !kept {
-                continue;
-            }
-            let (mut low, mut high) = (0.0, 1.0);
-            for _ in 0..if bodies.len() > MANY { FEW_ROUNDS } else { ROUNDS } {
-                let share = 0.5 * (low + high);
-                if slowed(share, self) { low = share } else { high = share }
-            }
-            slowed(low, self);
+        }
+        if attempt.net.is_some() {
             return Ok(());
         }
-        if net.is_some() || kept { Ok(()) } else { closed }
+        // Nothing better than without brakes.
+        attempt.put(movers, |body| (attempt.free[body].velocity, attempt.free[body].spin));
+        attempt.bodies.iter().zip(&attempt.earlier).for_each(|(&body, brake)| self.brakes[body] = *brake);
+        reactions.restart_slot(linkage);
+        reactions.settle(flight.linkages, movers, linkage, ahead)
     }
 
-    /// Velocities from which the search for a step begins: none, those before, and back to where bodies
-    /// were, which a net had reached with its energy.
+    /// Slows the bodies relative to a motion as little as the balance needs. Returns whether it is kept.
+    fn slow_down(
+        &mut self,
+        attempt: &Attempt<'_>,
+        carrier: &Carrier,
+        reactions: &mut Reactions,
+        movers: &mut [Mover],
+    ) -> bool {
+        if attempt.net.is_some() && self.slowed(attempt, (carrier, 1.0), reactions, movers) {
+            return true;
+        }
+        if !self.slowed(attempt, (carrier, 0.0), reactions, movers) {
+            return false;
+        }
+        let rounds = if attempt.bodies.len() > MANY { FEW_ROUNDS } else { ROUNDS };
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..rounds {
+            let share = 0.5 * (low + high);
+            if self.slowed(attempt, (carrier, share), reactions, movers) { low = share } else { high = share }
+        }
+        self.slowed(attempt, (carrier, low), reactions, movers)
+    }
+
+    /// Slows the bodies to a share of their motion relative to another one and closes the links. Returns
+    /// whether the balance is kept.
+    fn slowed(
+        &mut self,
+        attempt: &Attempt<'_>,
+        (carrier, share): (&Carrier, f64),
+        reactions: &mut Reactions,
+        movers: &mut [Mover],
+    ) -> bool {
+        let Attempt { linkage, free, flight, net, .. } = attempt;
+        reactions.restart_slot(*linkage);
+        attempt.put(movers, |body| carrier.slowed(body, free, flight.bodies, share));
+        if let Some(net) = net {
+            net.relax(movers, &attempt.starts);
+        }
+        for (&body, earlier) in attempt.bodies.iter().zip(&attempt.earlier) {
+            let (velocity, spin) = (movers[body].velocity, movers[body].spin);
+            self.brakes[body] =
+                (earlier.0 + velocity - free[body].velocity, earlier.1 + spin - free[body].spin);
+        }
+        let next = |body: usize, mover: &Mover| flight.next(body, mover);
+        let ahead: (f64, &Next<'_>) = (flight.step.length, &next);
+        let closes = net.is_some() || reactions.settle(flight.linkages, movers, *linkage, ahead).is_ok();
+        closes && self.keeps(*linkage, reactions, movers, (flight, attempt.pressed))
+    }
+
+    /// Velocities from which the search for a step begins: parts of those before, back to where the bodies
+    /// were too, and those that close the links.
     fn starts(&self, linkage: usize, movers: &[Mover], flight: &Flight<'_>) -> Vec<Vec<Motion>> {
         let held = (flight.linkages, flight.bodies);
         let carrier = Carrier::of(linkage, &self.before, &held, false);
-        let bodies = flight.linkages.bodies_of(linkage);
+        let bodies = moving(linkage, movers, flight.linkages);
         let of = |share: f64| {
-            bodies.iter().map(|&body| carrier.slowed(body, &self.before, flight.bodies, share)).collect()
+            let slowed = |&body: &usize| carrier.slowed(body, &self.before, flight.bodies, share);
+            bodies.iter().map(slowed).collect()
         };
         let closed = bodies.iter().map(|&body| (movers[body].velocity, movers[body].spin)).collect();
         [-1.0, -0.5, 0.0, 0.5, 1.0].map(of).into_iter().chain([closed]).collect()
@@ -226,16 +248,17 @@ impl SpringBalance {
     ) -> bool {
         let next = flight.linkages.stored(linkage, &|body| flight.next(body, &movers[body]));
         let (work, rounding) = reactions.work(linkage, &self.before, movers);
-        let anchor = Carrier::of_anchor(linkage, movers, &(flight.linkages, flight.bodies)).unwrap_or_default();
-        let braking: f64 = flight.linkages.bodies_of(linkage).iter().map(|&body| {
+        let anchor =
+            Carrier::of_anchor(linkage, movers, &(flight.linkages, flight.bodies)).unwrap_or_default();
+        let bodies = moving(linkage, movers, flight.linkages);
+        let braking = bodies.iter().map(|&body| {
             let (velocity, spin) = self.brakes[body];
-            let mass = movers[body].mass();
-            let inertia = movers[body].inertia();
             let carried = anchor.motion(flight.bodies[body].mid_position);
             let (a, b) = (&self.before[body], &movers[body]);
-            mass * velocity.dot(0.5 * (a.velocity + b.velocity) - carried.0)
-                + (inertia * spin).dot(0.5 * (a.spin + b.spin) - carried.1)
-        }).sum();
+            let along = b.mass() * velocity.dot(0.5 * (a.velocity + b.velocity) - carried.0);
+            along + (b.inertia() * spin).dot(0.5 * (a.spin + b.spin) - carried.1)
+        });
+        let braking: f64 = braking.sum();
         let account = &mut self.accounts[linkage];
         account.next = next;
         account.gain = account.impacts + work + braking + next - account.stored.unwrap_or(next);
@@ -262,7 +285,8 @@ impl SpringBalance {
             if *velocity == DVec3::ZERO && *spin == DVec3::ZERO {
                 continue;
             }
-            let (impulse, couple) = (*velocity * self.before[index].mass(), self.before[index].inertia() * *spin);
+            let (impulse, couple) =
+                (*velocity * self.before[index].mass(), self.before[index].inertia() * *spin);
             bodies[index].kick(impulse, couple);
             if log.skips_slower().is_none() {
                 let body = &bodies[index];
@@ -270,6 +294,36 @@ impl SpringBalance {
                 let place = (body.mid_position, self.before[index].velocity);
                 log.link(step.time + 0.5 * step.length, ends, place, (impulse, couple));
             }
+        }
+    }
+}
+
+/// Bodies of a linkage that forces move at present.
+fn moving(linkage: usize, movers: &[Mover], linkages: &Linkages) -> Vec<usize> {
+    linkages.bodies_of(linkage).iter().copied().filter(|&body| movers[body].inverse_mass > 0.0).collect()
+}
+
+/// A linkage that is to be braked.
+struct Attempt<'a> {
+    linkage: usize,
+    bodies: Vec<usize>,
+    /// Bodies without the impulses of its links in this step.
+    free: Vec<Mover>,
+    /// Changes by earlier brakes of this step.
+    earlier: Vec<Motion>,
+    starts: Vec<Vec<Motion>>,
+    /// The linkage, if it has springs alone.
+    net: Option<StrainedNet<'a>>,
+    flight: &'a Flight<'a>,
+    pressed: &'a Pressed<'a>,
+}
+
+impl Attempt<'_> {
+    /// Gives the bodies these velocities.
+    fn put(&self, movers: &mut [Mover], motion: impl Fn(usize) -> Motion) {
+        for &body in &self.bodies {
+            let (velocity, spin) = motion(body);
+            movers[body] = Mover { velocity, spin, ..self.free[body] };
         }
     }
 }
@@ -306,9 +360,9 @@ impl Carrier {
             return anchor;
         }
         let (linkages, states) = held;
-        let bodies = linkages.bodies_of(linkage);
+        let bodies = moving(linkage, movers, linkages);
         let (mut mass, mut place, mut momentum) = (0.0, DVec3::ZERO, DVec3::ZERO);
-        for &body in bodies {
+        for &body in &bodies {
             let own = movers[body].mass();
             mass += own;
             place += own * states[body].mid_position;
@@ -328,12 +382,12 @@ impl Carrier {
     }
 
     /// Velocity and spin of a body carried at a place.
-    fn motion(&self, place: DVec3) -> (DVec3, DVec3) {
+    fn motion(&self, place: DVec3) -> Motion {
         (self.velocity + self.spin.cross(place - self.place), self.spin)
     }
 
     /// Velocity and spin of a body whose motion relative to this one is slowed to a share.
-    fn slowed(&self, body: usize, movers: &[Mover], bodies: &[BodyState], share: f64) -> (DVec3, DVec3) {
+    fn slowed(&self, body: usize, movers: &[Mover], bodies: &[BodyState], share: f64) -> Motion {
         let (velocity, spin) = self.motion(bodies[body].mid_position);
         let own = &movers[body];
         (velocity + share * (own.velocity - velocity), spin + share * (own.spin - spin))

@@ -78,8 +78,10 @@ fn mobilities(link: &Link, bodies: &[BodyState]) -> [Option<(usize, f64)>; 2] {
 /// A step follows a spring of (ω Δt)² and c w Δt up to 1, unless it shares a body with others that all
 /// together are faster than [`TOGETHER`].
 pub(super) fn of_links(links: &[Link], bodies: &[BodyState], step: f64) -> Vec<Option<StiffSpring>> {
-    let mut laws: Vec<Option<StiffSpring>> =
-        links.iter().map(|link| StiffSpring::of_link(link, bodies).filter(|law| !law.followed(step))).collect();
+    let mut laws: Vec<Option<StiffSpring>> = links
+        .iter()
+        .map(|link| StiffSpring::of_link(link, bodies).filter(|law| !law.followed(step)))
+        .collect();
     let mut sums = vec![(0, 0.0); bodies.len()];
     for (link, law) in links.iter().zip(&laws).filter(|(_, law)| law.is_none()) {
         let Some(law) = law.map_or_else(|| StiffSpring::of_link(link, bodies), Some) else { continue };

@@ -19,6 +19,7 @@ use clangor_core::pose::Pose;
 use faer::{Mat, Side};
 use glam::{DMat3, DVec3};
 
+use super::closing::Next;
 use super::joint::{Joint, PlacedEnds};
 use super::linkage::Linkages;
 use super::manifold::tangents;
@@ -26,9 +27,9 @@ use super::mover::Mover;
 use super::stiff_spring::StiffSpring;
 
 /// Steps of Newton's method at most.
-const MOST_STEPS: u32 = 12;
+const MOST_STEPS: u32 = 20;
 /// Halvings of a step at most.
-const MOST_HALVINGS: u32 = 12;
+const MOST_HALVINGS: i32 = 16;
 /// The search ends where a step lowers φ by less than this part.
 const FLAT: f64 = 1e-10;
 
@@ -38,64 +39,72 @@ pub(super) type Motion = (DVec3, DVec3);
 /// A linkage of springs alone, about to fly for a step.
 pub(super) struct StrainedNet<'a> {
     springs: Vec<(&'a Joint, StiffSpring)>,
-    bodies: &'a [usize],
+    bodies: Vec<usize>,
     /// Lengths now \[m\].
     lengths: Vec<f64>,
     step: f64,
-    next: &'a dyn Fn(usize, &Mover) -> Pose,
+    next: &'a Next<'a>,
 }
 
 impl<'a> StrainedNet<'a> {
-    /// The net of a linkage whose bodies have these poses now, for a step \[s\], after which they have the
-    /// poses of `next`; `None` if it has links other than stiff springs.
+    /// The net of a linkage whose moving bodies are these, and have these poses now, for a step \[s\], after
+    /// which they have the poses of `next`; `None` if it has links other than stiff springs.
     pub(super) fn of(
-        linkages: &'a Linkages,
-        linkage: usize,
+        (linkages, linkage): (&'a Linkages, usize),
+        bodies: Vec<usize>,
         now: &dyn Fn(usize) -> Pose,
-        (step, next): (f64, &'a dyn Fn(usize, &Mover) -> Pose),
+        (step, next): (f64, &'a Next<'a>),
     ) -> Option<Self> {
         let joints = linkages.joints_of(linkage).iter().map(|&index| &linkages.joints[index]);
         let springs: Vec<_> = joints.map(|joint| Some((joint, joint.spring?))).collect::<Option<_>>()?;
         let lengths = springs.iter().map(|(joint, _)| joint.placed(now).between().length()).collect();
-        Some(StrainedNet { springs, bodies: linkages.bodies_of(linkage), lengths, step, next })
+        Some(StrainedNet { springs, bodies, lengths, step, next })
     }
 
-    /// Gives the bodies the velocities of least φ, where u₀ are those that they have; the search begins with
-    /// the best of `starts`.
+    /// Gives the bodies the velocities of least φ, where u₀ are those that they have. One search begins with
+    /// u₀, another one with the best of `starts`, which may lie in a narrow valley of φ.
     pub(super) fn relax(&self, movers: &mut [Mover], starts: &[Vec<Motion>]) {
         let base = movers.to_vec();
         let roots: Vec<DMat3> = self.bodies.iter().map(|&body| root(&base[body].inverse_inertia)).collect();
-        let mut best: (f64, Vec<f64>) = (f64::INFINITY, Vec::new());
+        let known = (&base[..], &roots[..]);
+        let still = vec![0.0; 6 * self.bodies.len()];
+        let mut best = (self.level(&still, known, movers), still.clone());
         for start in starts {
             let at = self.coordinates(start, &base, &roots);
-            let level = self.level(&at, (&base, &roots), movers);
-            if level < best.0 || best.1.is_empty() {
+            let level = self.level(&at, known, movers);
+            if level < best.0 {
                 best = (level, at);
             }
         }
-        let (mut level, mut at) = best;
+        let (near, far) = (self.descend(still, known, movers), self.descend(best.1, known, movers));
+        let at = if near.0 < far.0 { near.1 } else { far.1 };
+        self.level(&at, known, movers);
+    }
+
+    /// The least φ that Newton's method finds from these coordinates, and where.
+    fn descend(
+        &self,
+        mut at: Vec<f64>,
+        known: (&[Mover], &[DMat3]),
+        movers: &mut [Mover],
+    ) -> (f64, Vec<f64>) {
+        let mut level = self.level(&at, known, movers);
         for _ in 0..MOST_STEPS {
-            self.level(&at, (&base, &roots), movers);
-            let Some(step) = self.newton(&at, movers, &roots) else { break };
-            let mut scale = 1.0;
-            let mut lower = None;
-            for _ in 0..MOST_HALVINGS {
+            self.level(&at, known, movers);
+            let Some(step) = self.newton(&at, movers, known.1) else { break };
+            let mut trials = (0..MOST_HALVINGS).map(|halvings| {
+                let scale = 0.5_f64.powi(halvings);
                 let trial: Vec<f64> = at.iter().zip(&step).map(|(a, d)| a + scale * d).collect();
-                let value = self.level(&trial, (&base, &roots), movers);
-                if value < level {
-                    lower = Some((value, trial));
-                    break;
-                }
-                scale *= 0.5;
-            }
-            let Some((value, trial)) = lower else { break };
-            let flat = level - value <= FLAT * level;
-            (level, at) = (value, trial);
+                (self.level(&trial, known, movers), trial)
+            });
+            let Some((lower, trial)) = trials.find(|trial| trial.0 < level) else { break };
+            let flat = level - lower <= FLAT * level;
+            (level, at) = (lower, trial);
             if flat {
                 break;
             }
         }
-        self.level(&at, (&base, &roots), movers);
+        (level, at)
     }
 
     /// Coordinates of velocities, in which kinetic energy is half the square.

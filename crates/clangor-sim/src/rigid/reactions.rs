@@ -346,12 +346,12 @@ impl Reactions {
         }
     }
 
-    /// Work \[J\] of the impulses of a linkage, `Σ λ (s⁻ + s⁺) / 2` with the velocities s along its rows
-    /// before and after all impulses at this pose, and the sum of the magnitudes of the impulses \[N s\].
-    pub(super) fn work(&self, slot: usize, before: &[Mover], after: &[Mover]) -> (f64, f64) {
+    /// `Σ λ s` of the impulses of a linkage and the velocities along its rows \[J\], and the sum of the
+    /// magnitudes of the impulses \[N s\].
+    pub(super) fn power(&self, slot: usize, movers: &[Mover]) -> (f64, f64) {
         let rows = &self.rows[self.solved[slot].rows.clone()];
-        let work = |row: &Row| 0.5 * row.impulse * (row.rate(before) + row.rate(after));
-        (rows.iter().map(work).sum(), rows.iter().map(|row| row.impulse.abs()).sum())
+        let power = |row: &Row| row.impulse * row.rate(movers);
+        (rows.iter().map(power).sum(), rows.iter().map(|row| row.impulse.abs()).sum())
     }
 
     /// Releases the stiff springs: they do not react any more.
@@ -360,9 +360,12 @@ impl Reactions {
         (0..self.solved.len()).for_each(|slot| self.factorize(slot, movers));
     }
 
-    /// Work \[J\] of the impulses so far, by linkage.
+    /// Work \[J\] of the impulses so far, by linkage: `Σ λ (s + s⁺) / 2`, with the velocities along its rows
+    /// before and after all impulses at this pose.
     pub(super) fn works(&self, before: &[Mover], after: &[Mover]) -> impl Iterator<Item = (usize, f64)> {
-        let of = |(slot, solved): (usize, &Solved)| (solved.linkage, self.work(slot, before, after).0);
+        let of = |(slot, solved): (usize, &Solved)| {
+            (solved.linkage, 0.5 * (self.power(slot, before).0 + self.power(slot, after).0))
+        };
         self.solved.iter().enumerate().map(of)
     }
 

@@ -24,6 +24,9 @@ use super::step_log::{Impulse, StepLog};
 /// Part of the energy of a spring and of its ends that its steps may add to it before they take some.
 const SHARE: f64 = 1e-3;
 
+/// Bisections for an impulse.
+const ROUNDS: u32 = 6;
+
 /// A spring of the world.
 pub(super) struct Spring {
     body: usize,
@@ -148,9 +151,9 @@ impl Spring {
         }
     }
 
-    /// The impulse of one step: that of its force, unless it adds too much energy. Then the first of three
-    /// that does not, or the one that adds least: that of backward Euler's rule, the one that stops the ends
-    /// along the spring, and none.
+    /// The impulse of one step: that of its force, unless it adds too much energy. Then the nearest one that
+    /// does not, towards that of backward Euler's rule, or none, or the one that stops the ends along the
+    /// spring; or the one of these that adds least.
     fn chosen(&self, placed: &Placed, velocity: DVec3, bodies: &[BodyState], step: &Step) -> f64 {
         let rate = velocity.dot(placed.along);
         let force = -(self.stiffness * placed.extension + self.damping * rate);
@@ -170,13 +173,19 @@ impl Spring {
         let softness = (self.stiffness * step.length + self.damping) * step.length;
         let implicit = -(self.stiffness * placed.extension * step.length + softness * rate)
             / (1.0 + mobility * softness);
-        for impulse in [implicit, -rate / mobility, 0.0] {
-            let gain = gain(impulse);
-            if gain < least {
-                (best, least) = (impulse, gain);
+        for target in [implicit, 0.0, -rate / mobility] {
+            let lowest = gain(target);
+            if lowest < least {
+                (best, least) = (target, lowest);
             }
             if least <= allowed {
-                break;
+                let (mut near, mut far) = (0.0, 1.0);
+                for _ in 0..ROUNDS {
+                    let part = 0.5 * (near + far);
+                    let kept = gain(explicit + part * (target - explicit)) <= allowed;
+                    (near, far) = if kept { (near, part) } else { (part, far) };
+                }
+                return explicit + far * (target - explicit);
             }
         }
         best

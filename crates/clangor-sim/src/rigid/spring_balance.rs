@@ -1,12 +1,14 @@
 //! The energy balance of linkages with stiff springs: what their links and brakes may add to the motion.
 //!
 //! In one step, links and brakes push the bodies of a linkage with impulses λ_i along rates s_i, and the
-//! springs go from the stored energy V to V⁺. Impulses that act at one pose do the work
+//! springs go from the stored energy V to V⁺, while velocities go from u to u⁺. They add
 //!
-//! `W = Σ λ_i (s_i⁻ + s_i⁺) / 2`, so that they add `W + V⁺ − V` to the energy,
+//! `Σ λ_i (s_i + s_i⁺) / 2 + V⁺ − V` or `Σ λ_i s_i⁺ − ½ (u⁺ − u)ᵀ M (u⁺ − u) + V⁺ − V`
 //!
-//! exactly, whatever else acts on the bodies. Springs and joints at rest or in motion add nothing; backward
-//! Euler takes energy. But an impulse along the line of a spring before a step does not follow the line as it
+//! to the energy. The first counts other impulses q of the pose as work `q · (u + u⁺) / 2`, the second as
+//! `q · u⁺`; they differ by a bounded sum, and the lesser counts. Springs and joints at rest or in motion add
+//! nothing; backward Euler takes energy. But an impulse along the line of a spring before a step does not follow
+//! the line as it
 //! turns, and what is left of a stretch becomes a velocity: light bodies that turn about their springs by
 //! large angles in a step would gain energy, without bound. Therefore the sum of these gains since the last
 //! loss is kept below [`SHARE`] of the energy of the linkage. Where it would be more,
@@ -18,7 +20,7 @@
 //! r is the motion of what the linkage is anchored to. For a free linkage it is the rigid motion with its
 //! momentum and angular momentum; where no s suffices, that of its centre of mass. Momentum is always kept.
 //! The impulses of both are in the log, as impulses of the world on each body that cancel in a free linkage.
-//! Reactions of springs to impacts are part of the balance ([`Reactions::work`]), and so is what contacts do
+//! Reactions of springs to impacts are part of the balance (`Reactions::works`), and so is what contacts do
 //! because the bodies move otherwise than when they were solved.
 //!
 //! What it is not: a friction of springs. Linkages whose motion is resolved are never braked, and linkages
@@ -75,14 +77,23 @@ struct Account {
     stored: Option<f64>,
     /// Work of reactions to the impacts of this step \[J\].
     impacts: f64,
-    /// Sum of the gains since the last loss \[J\].
-    excess: f64,
-    /// Gain of this step so far \[J\].
-    gain: f64,
+    /// Sums of the gains since the last loss \[J\].
+    excess: [f64; 2],
+    /// Gains of this step so far \[J\], by the two ways to count.
+    gains: [f64; 2],
     /// Most excess that is allowed in this step, without rounding \[J\].
     allowed: f64,
     /// Energy of the springs at the middle of the next step \[J\].
     next: f64,
+    /// That energy, and the one of motion \[J\].
+    energy: f64,
+}
+
+impl Account {
+    /// Sums of the gains with those of this step \[J\].
+    fn excesses(&self) -> [f64; 2] {
+        [self.excess[0] + self.gains[0], self.excess[1] + self.gains[1]]
+    }
 }
 
 /// The balances of all linkages.
@@ -125,9 +136,9 @@ impl SpringBalance {
             let moving: f64 = moving(linkage, &self.before, linkages).iter().map(energy).sum();
             let account = &mut self.accounts[linkage];
             account.stored = Some(stored);
-            account.gain = 0.0;
+            account.gains = [0.0; 2];
             account.next = stored;
-            account.allowed = SHARE * (moving + stored - account.excess).max(0.0);
+            account.allowed = SHARE * (moving + stored - account.excess[0].min(account.excess[1])).max(0.0);
         }
     }
 
@@ -247,30 +258,42 @@ impl SpringBalance {
         (flight, pressed): (&Flight<'_>, &Pressed<'_>),
     ) -> bool {
         let next = flight.linkages.stored(linkage, &|body| flight.next(body, &movers[body]));
-        let (work, rounding) = reactions.work(linkage, &self.before, movers);
+        let (work, rounding) = reactions.power(linkage, movers);
         let anchor =
             Carrier::of_anchor(linkage, movers, &(flight.linkages, flight.bodies)).unwrap_or_default();
         let bodies = moving(linkage, movers, flight.linkages);
-        let braking = bodies.iter().map(|&body| {
+        let earlier = reactions.power(linkage, &self.before).0;
+        // As if other impulses acted before and after, and as if they were those of a lasting load.
+        let (mut alike, mut loaded) = (0.5 * (earlier + work), work);
+        for &body in &bodies {
             let (velocity, spin) = self.brakes[body];
             let carried = anchor.motion(flight.bodies[body].mid_position);
             let (a, b) = (&self.before[body], &movers[body]);
-            let along = b.mass() * velocity.dot(0.5 * (a.velocity + b.velocity) - carried.0);
-            along + (b.inertia() * spin).dot(0.5 * (a.spin + b.spin) - carried.1)
-        });
-        let braking: f64 = braking.sum();
+            let (mass, inertia) = (b.mass(), b.inertia());
+            let (faster, turned) = (b.velocity - a.velocity, b.spin - a.spin);
+            let braked =
+                |v: DVec3, w: DVec3| mass * velocity.dot(v - carried.0) + (inertia * spin).dot(w - carried.1);
+            alike += braked(0.5 * (a.velocity + b.velocity), 0.5 * (a.spin + b.spin));
+            loaded += braked(b.velocity, b.spin)
+                - 0.5 * (mass * faster.length_squared() + (inertia * turned).dot(turned));
+        }
         let account = &mut self.accounts[linkage];
         account.next = next;
-        account.gain = account.impacts + work + braking + next - account.stored.unwrap_or(next);
-        account.gain += pressed(movers).max(0.0);
+        let other = account.impacts + next - account.stored.unwrap_or(next) + pressed(movers).max(0.0);
+        account.gains = [alike + other, loaded + other];
         let rounding = rounding * CLOSED / flight.step.length;
-        account.excess + account.gain <= account.allowed + rounding
+        let carrier = Carrier::of(linkage, movers, &(flight.linkages, flight.bodies), true);
+        let moving: f64 = bodies.iter().map(|&body| carrier.energy(body, movers, flight.bodies)).sum();
+        account.energy = moving + next;
+        let excess = account.excesses()[0].min(account.excesses()[1]);
+        excess <= account.allowed.max(SHARE * (moving + next - excess)) + rounding
     }
 
     /// Ends the step.
     pub(super) fn end(&mut self) {
         for account in &mut self.accounts {
-            account.excess = (account.excess + account.gain).max(0.0);
+            let most = account.energy.max(0.0);
+            account.excess = account.excesses().map(|excess| excess.clamp(0.0, most));
             account.stored = account.stored.map(|_| account.next);
             account.impacts = 0.0;
         }

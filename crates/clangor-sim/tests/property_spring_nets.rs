@@ -1,5 +1,5 @@
-//! Nets of springs of any stiffness and damping between light bodies that are thrown, spin, and collide: energy
-//! never grows, momentum balances, and every run ends.
+//! Nets of springs of any stiffness and damping between light bodies that are thrown, spin, and collide:
+//! energy never grows, momentum balances, and every run ends.
 
 #[path = "scenes/rigid.rs"]
 #[allow(dead_code)]
@@ -118,9 +118,9 @@ fn time_step(seed: u64) -> f64 {
     [1e-5, 1e-4, 2.5e-4, 1e-3][seed as usize % 4]
 }
 
-/// Largest growth of the energy of motion and weight, and of that energy with the springs, both relative to the
-/// motion and the strain of the start. With the springs, it is the lesser of two steps in a row: in the step in
-/// which a spring passes through no length its energy has no exact value.
+/// Largest growth of the energy of motion and weight, and of that energy with the springs, both relative to
+/// the motion and the strain of the start. With the springs, it is the lesser of two steps in a row: in the
+/// step in which a spring passes through no length its energy has no exact value.
 fn growth(seed: u64, kind: Kind) -> (f64, f64) {
     let mut rigid = RigidWorld::try_new(&net(seed, kind), time_step(seed), true).unwrap();
     let mut log = StepLog::new();

@@ -7,8 +7,8 @@
 //!
 //! to the energy. The first counts other impulses q of the pose as work `q · (u + u⁺) / 2`, the second as
 //! `q · u⁺`; they differ by a bounded sum, and the lesser counts. Springs and joints at rest or in motion add
-//! nothing; backward Euler takes energy. But an impulse along the line of a spring before a step does not follow
-//! the line as it
+//! nothing; backward Euler takes energy. But an impulse along the line of a spring before a step does not
+//! follow the line as it
 //! turns, and what is left of a stretch becomes a velocity: light bodies that turn about their springs by
 //! large angles in a step would gain energy, without bound. Therefore the sum of these gains since the last
 //! loss is kept below [`SHARE`] of the energy of the linkage. Where it would be more,
@@ -63,8 +63,8 @@ impl Flight<'_> {
     }
 }
 
-/// What the impulses of contacts add to the energy \[J\], because these velocities differ from those for which
-/// they were found.
+/// What the impulses of contacts add to the energy \[J\], because these velocities differ from those for
+/// which they were found.
 pub(super) type Pressed<'a> = dyn Fn(&[Mover]) -> f64 + 'a;
 
 /// Linkages and their bodies.

@@ -106,16 +106,8 @@ impl RigidWorld {
             .map_err(|body| unknown("links without a body", BodyId(body as u32)))?;
         refuse_open_joints(&linkages, &bodies, world)?;
         (0..bodies.len()).for_each(|body| restless[body] = linkages.of(body).is_some());
-        let mut springs = Vec::new();
-        for (link, stiff) in world.links.iter().zip(stiff) {
-            let spring = Spring::of_link(link).map_err(|id| {
-                let (body, reason) = (world.bodies[id.index()].name.clone(), "has a spring without numbers");
-                SimulationError::BadBody { body, reason }
-            })?;
-            let spring = spring.filter(|_| stiff.is_none());
-            spring.iter().flat_map(Spring::ends).for_each(|body| restless[body] = true);
-            springs.extend(spring);
-        }
+        let springs = followed_springs(world, &stiff)?;
+        springs.iter().flat_map(Spring::ends).for_each(|body| restless[body] = true);
         let loads: Vec<Load> = world.links.iter().filter_map(Load::of_link).collect();
         loads.iter().for_each(|load| restless[load.body] = true);
         let mut rigid = RigidWorld {
@@ -185,8 +177,8 @@ impl RigidWorld {
     }
 
     /// Energy of all springs \[J\]: of stiff ones where the law of the last step holds, at the middle of the
-    /// next step; of the others `½ k e e⁺`, with their extensions e at the middles of the last step and of the
-    /// next one. Together with [`Self::energy`] it is what the solver keeps.
+    /// next step; of the others `½ k e e⁺`, with their extensions e at the middles of the last step and of
+    /// the next one. Together with [`Self::energy`] it is what the solver keeps.
     pub fn spring_energy(&self) -> f64 {
         let next = |body: usize| {
             let state = &self.bodies[body];
@@ -413,6 +405,22 @@ impl RigidWorld {
             _ => Ok(()),
         }
     }
+}
+
+/// The springs that steps follow; `stiff` has the laws of the others.
+fn followed_springs(
+    world: &World,
+    stiff: &[Option<stiff_spring::StiffSpring>],
+) -> Result<Vec<Spring>, SimulationError> {
+    let mut springs = Vec::new();
+    for (link, stiff) in world.links.iter().zip(stiff) {
+        let spring = Spring::of_link(link).map_err(|id| {
+            let (body, reason) = (world.bodies[id.index()].name.clone(), "has a spring without numbers");
+            SimulationError::BadBody { body, reason }
+        })?;
+        springs.extend(spring.filter(|_| stiff.is_none()));
+    }
+    Ok(springs)
 }
 
 /// Refuses joints whose ends do not meet at the start.

@@ -9,8 +9,8 @@
 //! act along the lines at the end of that flight, where those of `closing` act along the present ones.
 //! With u₀ at rest φ is the energy itself, so that the result has no more than any of the velocities where
 //! the search starts, whatever stiffness, strain and step. Newton's method with the stiffness along the
-//! springs and, under tension, across them, in coordinates in which M is the identity; steps are halved until φ
-//! falls (Gast, Schroeder, Stomakhin, Jiang and Teran 2015).
+//! springs and, under tension, across them, in coordinates in which M is the identity; steps are halved until
+//! φ falls (Gast, Schroeder, Stomakhin, Jiang and Teran 2015).
 //!
 //! What it is not: a rule that keeps angular momentum. It is used only where that of `closing` would add
 //! energy (`spring_balance`).

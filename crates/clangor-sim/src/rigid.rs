@@ -52,9 +52,11 @@ mod run;
 mod shape;
 mod sleep;
 mod spring;
+mod spring_balance;
 mod state;
 mod step_log;
 mod stiff_spring;
+mod strained_net;
 mod world;
 
 pub use compliance::ContactModes;

@@ -24,39 +24,37 @@ const MOST_ROUNDS: u32 = 60;
 pub(super) type Next<'a> = dyn Fn(usize, &Mover) -> Pose + 'a;
 
 impl Reactions {
-    /// Closes all joints at the poses that `next` gives, `duration` \[s\] later; the movers are the bodies.
-    /// `Err` has a joint that cannot be closed, and by how much it is open \[m, or rad\].
+    /// Closes the joints of a linkage at the poses that `next` gives, `duration` \[s\] later; the movers are
+    /// the bodies. `Err` has a joint that cannot be closed, and by how much it is open \[m, or rad\].
     pub(super) fn settle(
         &mut self,
         linkages: &Linkages,
         movers: &mut [Mover],
-        duration: f64,
-        next: &Next<'_>,
+        slot: usize,
+        (duration, next): (f64, &Next<'_>),
     ) -> Result<(), (usize, f64)> {
-        for slot in 0..self.linkage_count() {
-            let (mut open, mut least) = ((0, f64::INFINITY), (0, f64::INFINITY));
-            for round in 0..MOST_ROUNDS {
-                let errors = self.errors(linkages, movers, slot, next);
-                let changed = self.choose_ropes(slot, (&errors, duration), movers);
-                if changed || round == 0 {
-                    self.factorize(slot, movers);
-                }
-                open = self.most_open(slot, &errors);
-                if open.1 < least.1 {
-                    least = open;
-                }
-                if open.1 < CLOSED && !changed {
-                    break;
-                }
-                let wanted: Vec<f64> = errors.iter().map(|error| -error / duration).collect();
-                let impulses = self.solve(slot, &wanted);
-                for (row, impulse) in self.rows_of(slot).iter_mut().zip(impulses) {
-                    row.push(movers, impulse);
-                }
+        let (mut open, mut least) = ((0, f64::INFINITY), (0, f64::INFINITY));
+        for round in 0..MOST_ROUNDS {
+            let errors = self.errors(linkages, movers, slot, next);
+            let changed = self.choose_ropes(slot, (&errors, duration), movers);
+            if changed || round == 0 {
+                self.factorize(slot, movers);
             }
-            if open.1 >= OPEN || open.1.is_nan() {
-                return Err(least);
+            open = self.most_open(slot, &errors);
+            if open.1 < least.1 {
+                least = open;
             }
+            if open.1 < CLOSED && !changed {
+                break;
+            }
+            let wanted: Vec<f64> = errors.iter().map(|error| -error / duration).collect();
+            let impulses = self.solve(slot, &wanted);
+            for (row, impulse) in self.rows_of(slot).iter_mut().zip(impulses) {
+                row.push(movers, impulse);
+            }
+        }
+        if open.1 >= OPEN || open.1.is_nan() {
+            return Err(least);
         }
         Ok(())
     }

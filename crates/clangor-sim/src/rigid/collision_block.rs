@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::collision_scene::Scene;
 use super::impact_threshold::rest_speed;
+use super::linkage::Linkages;
 use super::mover::Mover;
 use super::reactions::{HELD, JointImpulse, Reactions};
 use super::state::Instant;
@@ -25,6 +26,8 @@ pub(super) const ELASTIC_HITS: u32 = 12;
 const MAX_SWEEPS: u32 = 400;
 /// Points among which a linkage divides an impulse alike at most; more would converge slowly.
 const MOST_SHARES: f64 = 8.0;
+/// Part of the energy of an approach that reactions of springs may add.
+const GAINED: f64 = 1e-3;
 /// Velocity correction, relative to the approach, that ends the sweeps.
 const CONVERGED: f64 = 1e-14;
 
@@ -227,8 +230,8 @@ impl Block {
     }
 
     /// Computes the impulses of the points by projected Gauss-Seidel; [`Self::apply_and_log`] then applies
-    /// them to the actors.
-    pub(super) fn solve(&mut self) {
+    /// them to the actors. Returns whether reactions of springs have added energy.
+    pub(super) fn solve(&mut self, linkages: &Linkages) -> bool {
         let mut moving: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
         let scale = self.points.iter().map(|p| p.before.length()).fold(0.0, f64::max);
         self.reactions.restart();
@@ -243,10 +246,24 @@ impl Block {
                 break;
             }
         }
+        let before: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
+        let works = self.reactions.works(&before, &moving);
+        let added: f64 = works.filter(|of| linkages.has_springs(of.0)).map(|of| of.1).sum();
+        let met: f64 = self.points.iter().map(|p| 0.5 * p.impulse_n * p.before.length()).sum();
+        added > GAINED * met
+    }
+
+    /// Solves the points again for springs that do not react: what a spring does in the time of an impact.
+    pub(super) fn solve_without_springs(&mut self, scene: &Scene<'_>, group: &[usize], round: u32) {
+        let movers: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
+        self.reactions.release_springs(&movers);
+        self.assemble(scene, group, round);
+        self.solve(scene.linkages);
     }
 
     /// Applies the summed impulses to the actors, so that the balance of momentum is exact, and logs them.
     pub(super) fn apply_and_log(&mut self, scene: &mut Scene<'_>, time: f64, solved: bool) {
+        let before: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
         let block = &mut self.points;
         block.retain(|p| p.impulse_n > 0.0);
         block.sort_by_key(|p| (scene.pairs[p.pair].key.a, scene.pairs[p.pair].key.b));
@@ -301,11 +318,15 @@ impl Block {
         if scene.log.skips_slower().is_none() {
             self.reactions.log(scene.linkages, time, scene.log);
         }
-        self.reactions.restart();
         for actor in &mut self.actors {
             if scene.bodies[actor.body].is_awake() {
                 actor.now.angular_velocity = actor.now.inverse_inertia * actor.now.momentum;
             }
         }
+        let after: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
+        for (linkage, work) in self.reactions.works(&before, &after) {
+            scene.balance.add_impact(linkage, work);
+        }
+        self.reactions.restart();
     }
 }

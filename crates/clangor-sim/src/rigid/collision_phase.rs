@@ -97,7 +97,9 @@ impl CollisionPhase {
             if self.block.is_empty() {
                 break;
             }
-            self.block.solve();
+            if self.block.solve(scene.linkages) {
+                self.block.solve_without_springs(scene, &self.group, round);
+            }
             self.block.apply_and_log(scene, step.time + t, false);
         }
         // Continue the flight of the bodies from their new velocities.

@@ -5,6 +5,7 @@ use super::compliance::Compliance;
 use super::linkage::Linkages;
 use super::pair::{Pair, PairScratch, Step};
 use super::shape::Shape;
+use super::spring_balance::SpringBalance;
 use super::state::BodyState;
 use super::step_log::StepLog;
 
@@ -18,6 +19,8 @@ pub(super) struct Scene<'a> {
     pub(super) step: Step,
     pub(super) scratch: &'a mut PairScratch,
     pub(super) log: &'a mut StepLog,
+    /// Takes the work of reactions.
+    pub(super) balance: &'a mut SpringBalance,
     /// Modes of the bodies, where impacts are solved with them.
     pub(super) compliance: Option<Compliance<'a>>,
 }

@@ -21,6 +21,7 @@ use super::linkage::Linkages;
 use super::mover::Mover;
 use super::pair::{Pair, Step};
 use super::reactions::{JointImpulse, Reactions};
+use super::spring_balance::{Flight, SpringBalance};
 use super::state::{BodyState, Instant};
 use super::step_log::{ContactImpulse, Impulse, StepLog};
 
@@ -39,6 +40,8 @@ pub(super) struct ContactPhase {
     order: Vec<usize>,
     reactions: Reactions,
     grips: Vec<Grip>,
+    /// Energy that links add to bodies and take from them.
+    pub(super) balance: SpringBalance,
 }
 
 impl ContactPhase {
@@ -73,22 +76,26 @@ impl ContactPhase {
         log: &mut StepLog,
     ) -> Result<u32, (usize, f64)> {
         self.assemble_bodies(bodies, linkages, step);
-        self.close_joints(bodies, linkages, step)?;
+        let flight = Flight { linkages, bodies, step };
+        self.close_joints(&flight, &[])?;
         self.reactions.brake(linkages, &mut self.movers, step.length);
         if self.reactions.has_brakes() {
-            self.close_joints(bodies, linkages, step)?;
+            self.close_joints(&flight, &[])?;
         }
         self.assemble_rows(bodies, pairs, step);
         let sweeps = if self.rows.is_empty() && self.grips.is_empty() { 0 } else { self.sweep(step) };
         if sweeps > 0 {
-            self.close_joints(bodies, linkages, step)?;
+            let swept = self.movers.clone();
+            self.close_joints(&flight, &swept)?;
         }
+        self.balance.end();
         self.log(bodies, pairs, step, log);
         if log.skips_slower().is_none() {
             self.reactions.log(linkages, step.time + 0.5 * step.length, log);
             self.grips.iter().for_each(|grip| grip.log(bodies, step, log));
         }
         self.apply(bodies, pairs);
+        self.balance.apply(bodies, step, log);
         Ok(sweeps)
     }
 
@@ -153,14 +160,18 @@ impl ContactPhase {
         }
     }
 
-    fn close_joints(
-        &mut self,
-        bodies: &[BodyState],
-        linkages: &Linkages,
-        step: &Step,
-    ) -> Result<(), (usize, f64)> {
-        let next = |body: usize, mover: &Mover| bodies[body].next_middle(mover, step.time, step.length);
-        self.reactions.settle(linkages, &mut self.movers, step.length, &next)
+    /// Closes all joints; `swept` has the bodies after the sweeps of contacts.
+    fn close_joints(&mut self, flight: &Flight<'_>, swept: &[Mover]) -> Result<(), (usize, f64)> {
+        let ContactPhase { movers, reactions, balance, rows, .. } = self;
+        let linkages = flight.linkages;
+        (0..linkages.count()).try_for_each(|linkage| {
+            let holds = |row: &&Row| [row.a, row.b].iter().any(|&body| linkages.of(body) == Some(linkage));
+            let pressed = |movers: &[Mover]| -> f64 {
+                let rows = rows.iter().filter(|_| !swept.is_empty()).filter(holds);
+                rows.map(|row| row.half_work(movers) - row.half_work(swept)).sum()
+            };
+            balance.close(linkage, reactions, movers, (flight, &pressed))
+        })
     }
 
     /// Sets up one row for each point that may bear in this step.

@@ -212,6 +212,13 @@ impl Row {
         self.tangents[0] * self.impulse[1] + self.tangents[1] * self.impulse[2]
     }
 
+    /// Half the work of the impulse at these velocities \[J\].
+    pub(super) fn half_work(&self, movers: &[Mover]) -> f64 {
+        let (a, b) = (&movers[self.a], &movers[self.b]);
+        let velocity = a.velocity_at(self.arm_a) - b.velocity_at(self.arm_b);
+        0.5 * (self.total().dot(velocity) + self.couple.dot(a.spin - b.spin))
+    }
+
     /// What an impulse and a couple on A do to both bodies.
     pub(super) fn kicks(&self, impulse: DVec3, couple: DVec3) -> [Kick; 2] {
         [

@@ -48,7 +48,7 @@ pub(super) struct PlacedEnds {
 
 impl PlacedEnds {
     /// From the far end to the near one \[m\].
-    fn between(&self) -> DVec3 {
+    pub(super) fn between(&self) -> DVec3 {
         self.points[0] - self.points[1]
     }
 }
@@ -158,6 +158,11 @@ impl Joint {
         let Some(spring) = &self.spring else { return vec![None; blocked.len()] };
         let directions: Vec<DVec3> = blocked.iter().map(|row| row.along).collect();
         spring.gives(placed.between(), &directions, step).into_iter().map(Some).collect()
+    }
+
+    /// Energy \[J\] that it stores where the bodies have these poses; only a spring does.
+    pub(super) fn stored(&self, poses: &dyn Fn(usize) -> Pose) -> f64 {
+        self.spring.map_or(0.0, |spring| spring.energy(self.placed(poses).between().length()))
     }
 
     /// How far it is off, at most \[m, or rad\], where the bodies have these poses; NaN for a joint that is

@@ -24,6 +24,8 @@ pub(super) struct Row {
     pub(super) rope: Option<Rope>,
     /// How it gives way, if it is that of a spring.
     pub(super) give: Option<Give>,
+    /// Whether it takes no part in an impact.
+    pub(super) released: bool,
 }
 
 /// The state of a rope.
@@ -40,7 +42,7 @@ pub(super) struct Rope {
 impl Row {
     /// Whether it reacts to impulses.
     pub(super) fn reacts(&self) -> bool {
-        self.rope.is_none_or(|rope| rope.pulls)
+        !self.released && self.rope.is_none_or(|rope| rope.pulls)
     }
 
     /// What its give adds to the diagonal of A \[1/kg\].

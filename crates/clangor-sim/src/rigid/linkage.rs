@@ -4,6 +4,7 @@ use super::joint::Joint;
 use super::state::BodyState;
 use super::stiff_spring::StiffSpring;
 use clangor_core::body::Link;
+use clangor_core::pose::Pose;
 
 /// The joints of a world, by linkage.
 #[derive(Default)]
@@ -18,17 +19,20 @@ pub(super) struct Linkages {
 }
 
 impl Linkages {
-    /// The linkages of a world at its start, for steps of `step` \[s\]; `Err` has the body of a link to one
-    /// that does not exist.
-    pub(super) fn try_new(links: &[Link], bodies: &[BodyState], step: f64) -> Result<Self, usize> {
+    /// The linkages of a world at its start, with the laws of its stiff springs; `Err` has the body of a link
+    /// to one that does not exist.
+    pub(super) fn try_new(
+        links: &[Link],
+        stiff: &[Option<StiffSpring>],
+        bodies: &[BodyState],
+    ) -> Result<Self, usize> {
         let poses = |body: usize| bodies[body].start_pose();
         let mut joints = Vec::new();
-        for link in links {
+        for (link, spring) in links.iter().zip(stiff) {
             if let Some(unknown) = link.bodies().find(|body| body.index() >= bodies.len()) {
                 return Err(unknown.index());
             }
-            let spring = StiffSpring::of_link(link, bodies, step);
-            joints.extend(Joint::of_link(link, spring, &poses));
+            joints.extend(Joint::of_link(link, *spring, &poses));
         }
         // Connected components; bodies that forces never move connect nothing.
         let mut root: Vec<usize> = (0..bodies.len()).collect();
@@ -85,6 +89,16 @@ impl Linkages {
     /// Joints of a linkage.
     pub(super) fn joints_of(&self, linkage: usize) -> &[usize] {
         &self.members[linkage].0
+    }
+
+    /// Whether a linkage has stiff springs.
+    pub(super) fn has_springs(&self, linkage: usize) -> bool {
+        self.joints_of(linkage).iter().any(|&joint| self.joints[joint].spring.is_some())
+    }
+
+    /// Energy \[J\] of the stiff springs of a linkage whose bodies have these poses.
+    pub(super) fn stored(&self, linkage: usize, poses: &dyn Fn(usize) -> Pose) -> f64 {
+        self.joints_of(linkage).iter().map(|&joint| self.joints[joint].stored(poses)).sum()
     }
 
     /// Bodies of a linkage.

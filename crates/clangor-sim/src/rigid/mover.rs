@@ -32,6 +32,16 @@ impl Mover {
         self.inverse_mass + lever.dot(self.inverse_inertia * lever)
     }
 
+    /// Mass \[kg\], of a body that forces move.
+    pub(super) fn mass(&self) -> f64 {
+        self.inverse_mass.recip()
+    }
+
+    /// Inertia about the centre of mass, of a body that forces move.
+    pub(super) fn inertia(&self) -> DMat3 {
+        self.inverse_inertia.inverse()
+    }
+
     /// The same body at rest.
     pub(super) fn still(&self) -> Self {
         Mover { velocity: DVec3::ZERO, spin: DVec3::ZERO, ..*self }

@@ -35,6 +35,7 @@ const CHORD: f64 = 2.0;
 
 /// Rows of one linkage and the pseudo-inverse of A, by columns.
 struct Solved {
+    linkage: usize,
     rows: Range<usize>,
     inverse: Vec<f64>,
 }
@@ -104,11 +105,12 @@ impl Reactions {
                     impulse: 0.0,
                     rope,
                     give,
+                    released: false,
                 };
                 self.rows.extend(blocked.iter().zip(gives).map(row));
                 self.placed.push((index, placed));
             }
-            self.solved.push(Solved { rows: first..self.rows.len(), inverse: Vec::new() });
+            self.solved.push(Solved { linkage, rows: first..self.rows.len(), inverse: Vec::new() });
             self.factorize(self.solved.len() - 1, movers);
         }
     }
@@ -117,11 +119,6 @@ impl Reactions {
     pub(super) fn factorize(&mut self, slot: usize, movers: &[Mover]) {
         let solved = &mut self.solved[slot];
         solved.inverse = pseudo_inverse(&self.rows[solved.rows.clone()], movers);
-    }
-
-    /// Number of linkages.
-    pub(super) fn linkage_count(&self) -> usize {
-        self.solved.len()
     }
 
     /// Rows of a linkage.
@@ -295,7 +292,8 @@ impl Reactions {
             let (damping, braked) = joint.damped(placed, spin(movers));
             let Some(about) = braked.try_normalize().filter(|_| damping > 0.0) else { continue };
             let blocked = Blocked { along: DVec3::ZERO, turning: [about; 2] };
-            let mut row = Row { joint: *index, blocked, ends, impulse: 0.0, rope: None, give: None };
+            let (rope, give, released) = (None, None, false);
+            let mut row = Row { joint: *index, blocked, ends, impulse: 0.0, rope, give, released };
             let mobility = self.own_response(movers, &row);
             let impulse = -damping * length * braked.length() / (1.0 + damping * length * mobility);
             row.push(movers, impulse);
@@ -332,6 +330,43 @@ impl Reactions {
     /// Forgets the impulses so far.
     pub(super) fn restart(&mut self) {
         self.rows.iter_mut().for_each(|row| row.impulse = 0.0);
+    }
+
+    /// Forgets the impulses of one linkage.
+    pub(super) fn restart_slot(&mut self, slot: usize) {
+        self.rows_of(slot).iter_mut().for_each(|row| row.impulse = 0.0);
+    }
+
+    /// Takes the impulses of a linkage back from these movers.
+    pub(super) fn take_back(&self, slot: usize, movers: &mut [Mover]) {
+        for row in &self.rows[self.solved[slot].rows.clone()] {
+            for (mover, linear, angular) in row.kicks(-row.impulse) {
+                movers[mover].push(linear, angular);
+            }
+        }
+    }
+
+    /// `Σ λ s` of the impulses of a linkage and the velocities along its rows \[J\], and the sum of the
+    /// magnitudes of the impulses \[N s\].
+    pub(super) fn power(&self, slot: usize, movers: &[Mover]) -> (f64, f64) {
+        let rows = &self.rows[self.solved[slot].rows.clone()];
+        let power = |row: &Row| row.impulse * row.rate(movers);
+        (rows.iter().map(power).sum(), rows.iter().map(|row| row.impulse.abs()).sum())
+    }
+
+    /// Releases the stiff springs: they do not react any more.
+    pub(super) fn release_springs(&mut self, movers: &[Mover]) {
+        self.rows.iter_mut().for_each(|row| row.released |= row.give.is_some());
+        (0..self.solved.len()).for_each(|slot| self.factorize(slot, movers));
+    }
+
+    /// Work \[J\] of the impulses so far, by linkage: `Σ λ (s + s⁺) / 2`, with the velocities along its rows
+    /// before and after all impulses at this pose.
+    pub(super) fn works(&self, before: &[Mover], after: &[Mover]) -> impl Iterator<Item = (usize, f64)> {
+        let of = |(slot, solved): (usize, &Solved)| {
+            (solved.linkage, 0.5 * (self.power(slot, before).0 + self.power(slot, after).0))
+        };
+        self.solved.iter().enumerate().map(of)
     }
 
     /// Writes a row for each joint that acts.

@@ -15,7 +15,7 @@
 //! that the step does not resolve: `1/√(1 + ω² Δt²)` of the amplitude is left after a step. Springs so
 //! strained that their directions turn by large angles within a step are an error.
 
-use clangor_core::body::{Link, LinkEnd};
+use clangor_core::body::{BodyId, Link, LinkEnd};
 use glam::DVec3;
 
 use super::manifold::tangents;
@@ -24,6 +24,10 @@ use super::state::BodyState;
 /// Across a spring, oscillations of (ω Δt)² below this are left to its direction, which turns from step to
 /// step.
 const FOLLOWED: f64 = 0.1;
+
+/// Springs of one body are followed together up to this sum of (ω Δt)² + 2 c w Δt; the bound of stability is
+/// 4.
+const TOGETHER: f64 = 0.5;
 
 /// The law of a spring that is solved implicitly.
 #[derive(Clone, Copy)]
@@ -54,28 +58,84 @@ impl Give {
     }
 }
 
-/// Upper bound of the inverse effective mass of the two ends of a link \[1/kg\].
-pub(super) fn mobility(link: &Link, bodies: &[BodyState]) -> f64 {
-    let Link::Spring { body, at, to, .. } = *link else { return 0.0 };
-    let of = |body: usize, at: DVec3| bodies[body].largest_inverse_mass_at(at);
-    let far = match to {
-        LinkEnd::Point(_) => 0.0,
-        LinkEnd::Body { body, at } => of(body.index(), at),
+/// Upper bounds of the inverse effective masses of the two ends of a link \[1/kg\], with their bodies.
+fn mobilities(link: &Link, bodies: &[BodyState]) -> [Option<(usize, f64)>; 2] {
+    let Link::Spring { body, at, to, .. } = *link else { return [None; 2] };
+    let of = |body: BodyId, at: DVec3| {
+        let state = bodies.get(body.index())?;
+        Some((body.index(), state.largest_inverse_mass_at(at)))
     };
-    of(body.index(), at) + far
+    let far = match to {
+        LinkEnd::Point(_) => None,
+        LinkEnd::Body { body, at } => of(body, at),
+    };
+    [of(body, at), far]
+}
+
+/// The laws of the springs among these links that steps of `step` \[s\] do not follow; `None` for other
+/// links.
+///
+/// A step follows a spring of (ω Δt)² and c w Δt up to 1, unless it shares a body with others that all
+/// together are faster than [`TOGETHER`].
+pub(super) fn of_links(links: &[Link], bodies: &[BodyState], step: f64) -> Vec<Option<StiffSpring>> {
+    let mut laws: Vec<Option<StiffSpring>> = links
+        .iter()
+        .map(|link| StiffSpring::of_link(link, bodies).filter(|law| !law.followed(step)))
+        .collect();
+    let mut sums = vec![(0, 0.0); bodies.len()];
+    for (link, law) in links.iter().zip(&laws).filter(|(_, law)| law.is_none()) {
+        let Some(law) = law.map_or_else(|| StiffSpring::of_link(link, bodies), Some) else { continue };
+        let ends = mobilities(link, bodies);
+        let moving = ends.iter().flatten().filter(|(_, mobility)| *mobility > 0.0).count() as f64;
+        for (body, mobility) in ends.into_iter().flatten() {
+            let speed = (law.stiffness * step + 2.0 * law.damping) * step * mobility;
+            sums[body] = (sums[body].0 + 1, sums[body].1 + moving * speed);
+        }
+    }
+    for (link, law) in links.iter().zip(&mut laws) {
+        let crowded = |(body, _): &(usize, f64)| sums[*body].0 > 1 && sums[*body].1 > TOGETHER;
+        if law.is_none() && mobilities(link, bodies).iter().flatten().any(crowded) {
+            *law = StiffSpring::of_link(link, bodies);
+        }
+    }
+    laws
 }
 
 impl StiffSpring {
-    /// The law of a link, if it is a spring that steps of `step` \[s\] do not follow.
-    pub(super) fn of_link(link: &Link, bodies: &[BodyState], step: f64) -> Option<Self> {
+    /// The law of a link, if it is a spring.
+    fn of_link(link: &Link, bodies: &[BodyState]) -> Option<Self> {
         let &Link::Spring { rest_length, stiffness, damping, .. } = link else { return None };
-        let mobility = mobility(link, bodies);
-        let followed = stiffness * mobility * step * step <= 1.0 && damping * mobility * step <= 1.0;
-        (!followed).then_some(StiffSpring { rest_length, stiffness, damping, mobility })
+        let mobility = mobilities(link, bodies).into_iter().flatten().map(|(_, mobility)| mobility).sum();
+        Some(StiffSpring { rest_length, stiffness, damping, mobility })
+    }
+
+    /// Whether steps \[s\] follow it.
+    fn followed(&self, step: f64) -> bool {
+        self.stiffness * self.mobility * step * step <= 1.0 && self.damping * self.mobility * step <= 1.0
+    }
+
+    /// Energy that it stores at a length \[J\].
+    pub(super) fn energy(&self, length: f64) -> f64 {
+        0.5 * self.stiffness * (length - self.rest_length).powi(2)
+    }
+
+    /// Tension at a length, without damping \[N\].
+    pub(super) fn force(&self, length: f64) -> f64 {
+        self.stiffness * (length - self.rest_length)
+    }
+
+    /// Stiffness along it \[N/m\].
+    pub(super) fn stiffness(&self) -> f64 {
+        self.stiffness
+    }
+
+    /// Damping along it \[N s/m\].
+    pub(super) fn damping(&self) -> f64 {
+        self.damping
     }
 
     /// Stiffness across the spring, for its present length \[N/m\].
-    fn across(&self, length: f64) -> f64 {
+    pub(super) fn across(&self, length: f64) -> f64 {
         if length > self.rest_length { self.stiffness * (1.0 - self.rest_length / length) } else { 0.0 }
     }
 

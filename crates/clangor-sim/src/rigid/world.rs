@@ -21,6 +21,7 @@ use super::sleep;
 use super::spring::Spring;
 use super::state::BodyState;
 use super::step_log::StepLog;
+use super::stiff_spring;
 use crate::SimulationError;
 
 /// Largest overlap allowed at the start \[m\].
@@ -100,19 +101,13 @@ impl RigidWorld {
             let name = world.bodies.get(id.index()).map_or_else(String::new, |b| b.name.clone());
             SimulationError::Unsupported { what, name }
         };
-        let linkages = Linkages::try_new(&world.links, &bodies, time_step)
+        let stiff = stiff_spring::of_links(&world.links, &bodies, time_step);
+        let linkages = Linkages::try_new(&world.links, &stiff, &bodies)
             .map_err(|body| unknown("links without a body", BodyId(body as u32)))?;
         refuse_open_joints(&linkages, &bodies, world)?;
         (0..bodies.len()).for_each(|body| restless[body] = linkages.of(body).is_some());
-        let mut springs = Vec::new();
-        for link in &world.links {
-            let spring = Spring::of_link(link, &bodies, time_step).map_err(|id| {
-                let (body, reason) = (world.bodies[id.index()].name.clone(), "has a spring without numbers");
-                SimulationError::BadBody { body, reason }
-            })?;
-            spring.iter().flat_map(Spring::ends).for_each(|body| restless[body] = true);
-            springs.extend(spring);
-        }
+        let springs = followed_springs(world, &stiff)?;
+        springs.iter().flat_map(Spring::ends).for_each(|body| restless[body] = true);
         let loads: Vec<Load> = world.links.iter().filter_map(Load::of_link).collect();
         loads.iter().for_each(|load| restless[load.body] = true);
         let mut rigid = RigidWorld {
@@ -179,6 +174,21 @@ impl RigidWorld {
     pub fn energy(&self) -> f64 {
         let free = self.bodies.iter().filter(|b| b.is_free());
         self.kinetic_energy() - free.map(|b| b.mass * self.gravity.dot(b.position)).sum::<f64>()
+    }
+
+    /// Energy of all springs \[J\]: of stiff ones where the law of the last step holds, at the middle of the
+    /// next step; of the others `½ k e e⁺`, with their extensions e at the middles of the last step and of
+    /// the next one. Together with [`Self::energy`] it is what the solver keeps.
+    pub fn spring_energy(&self) -> f64 {
+        let next = |body: usize| {
+            let state = &self.bodies[body];
+            if self.steps == 0 {
+                return state.start_pose();
+            }
+            state.next_middle(&state.mover(), self.time() - self.time_step, self.time_step)
+        };
+        let stiff = (0..self.linkages.count()).map(|linkage| self.linkages.stored(linkage, &next));
+        stiff.sum::<f64>() + self.springs.iter().map(|spring| spring.stored(next)).sum::<f64>()
     }
 
     /// Bound on the speed of any point of a body \[m/s\].
@@ -261,6 +271,7 @@ impl RigidWorld {
             step,
             scratch: &mut self.scratch,
             log,
+            balance: &mut self.contact.balance,
             compliance: modes.map(|modes| Compliance {
                 modes,
                 sides: &self.sides,
@@ -269,11 +280,15 @@ impl RigidWorld {
             }),
         });
         // Gravity, springs and loads.
+        self.contact.balance.begin(&self.bodies, &self.linkages);
+        let mut placed: Vec<_> = self.springs.iter_mut().map(|spring| spring.place(&self.bodies)).collect();
         for body in self.bodies.iter_mut().filter(|b| b.is_awake()) {
             body.velocity += self.gravity * step.length;
         }
-        for spring in &self.springs {
-            spring.pull(&mut self.bodies, &step, log);
+        for (spring, placed) in self.springs.iter().zip(&mut placed) {
+            if let Some(placed) = placed {
+                spring.pull(placed, &mut self.bodies, &step, log);
+            }
         }
         for load in &self.loads {
             load.act(&mut self.bodies, &step, log);
@@ -284,6 +299,9 @@ impl RigidWorld {
             .run(&mut self.bodies, &mut self.pairs, &self.linkages, &step, log)
             .map_err(|(joint, gap)| self.loose(joint, gap))?;
         self.sweeps += u64::from(sweeps);
+        for (spring, placed) in self.springs.iter_mut().zip(&placed) {
+            placed.iter().for_each(|placed| spring.end(placed, &self.bodies));
+        }
         // Fly to the end of the step; sleep.
         self.steps += 1;
         let end = self.time();
@@ -387,6 +405,22 @@ impl RigidWorld {
             _ => Ok(()),
         }
     }
+}
+
+/// The springs that steps follow; `stiff` has the laws of the others.
+fn followed_springs(
+    world: &World,
+    stiff: &[Option<stiff_spring::StiffSpring>],
+) -> Result<Vec<Spring>, SimulationError> {
+    let mut springs = Vec::new();
+    for (link, stiff) in world.links.iter().zip(stiff) {
+        let spring = Spring::of_link(link).map_err(|id| {
+            let (body, reason) = (world.bodies[id.index()].name.clone(), "has a spring without numbers");
+            SimulationError::BadBody { body, reason }
+        })?;
+        springs.extend(spring.filter(|_| stiff.is_none()));
+    }
+    Ok(springs)
 }
 
 /// Refuses joints whose ends do not meet at the start.

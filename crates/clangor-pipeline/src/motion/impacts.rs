@@ -85,10 +85,10 @@ pub fn find_impacts(world: &World, recorded: &[RecordedBody], v_min: f64) -> Mot
 }
 
 /// The bodies with what the search needs.
-struct Scene<'a> {
-    world: &'a World,
-    surfaces: Vec<Arc<SampledSurface>>,
-    kinematics: Vec<Option<Kinematics<'a>>>,
+pub(super) struct Scene<'a> {
+    pub(super) world: &'a World,
+    pub(super) surfaces: Vec<Arc<SampledSurface>>,
+    pub(super) kinematics: Vec<Option<Kinematics<'a>>>,
     /// Places of the windows of each body, in order of time.
     windows: Vec<Vec<usize>>,
 }
@@ -113,7 +113,7 @@ struct Member {
 }
 
 impl<'a> Scene<'a> {
-    fn new(world: &'a World, recorded: &'a [RecordedBody]) -> Self {
+    pub(super) fn new(world: &'a World, recorded: &'a [RecordedBody]) -> Self {
         let mut known: BTreeMap<*const clangor_core::body::Surface, Arc<SampledSurface>> = BTreeMap::new();
         let surfaces = world.bodies.iter().map(|body| {
             let entry = known.entry(Arc::as_ptr(&body.surface));
@@ -227,7 +227,8 @@ impl<'a> Scene<'a> {
         Some((Event { time, members, points, impulses: fit.impulses, residual: fit.residual }, used))
     }
 
-    fn friction(&self, a: BodyId, b: BodyId) -> f64 {
+    /// μ of a pair with what recordings may have above it.
+    pub(super) fn friction(&self, a: BodyId, b: BodyId) -> f64 {
         let material = |id: BodyId| &self.world.bodies[id.index()].material;
         FRICTION_SLACK.0 * PairCoefficients::of(material(a), material(b)).friction + FRICTION_SLACK.1
     }
@@ -319,7 +320,7 @@ impl<'a> Scene<'a> {
 }
 
 /// A body without frames: by its keyframes, or where it stands.
-fn state_of_unrecorded(body: &Body, time: f64) -> State {
+pub(super) fn state_of_unrecorded(body: &Body, time: f64) -> State {
     let still = (body.pose, DVec3::ZERO, DVec3::ZERO);
     let (pose, velocity, angular_velocity) = body.motion.track().map_or(still, |track| track.sample(time));
     State { pose, velocity, angular_velocity }

@@ -18,6 +18,7 @@ use clangor_core::body::{BodyId, World};
 use clangor_core::timeline::{ContactRow, PoseRow};
 
 use super::impacts::{MotionImpacts, find_impacts};
+use super::lasting_contacts::lasting_contacts;
 use super::recording::RecordedBody;
 
 /// A stretch of time in which impacts are searched \[s\].
@@ -57,9 +58,29 @@ pub(crate) struct PartSearch {
     impacts: u64,
     /// Joints at which the parts did not agree.
     pub(crate) doubtful_joints: u64,
+    /// Whether rows of lasting contact are wanted, and what they need.
+    lasting: Option<Lasting>,
+}
+
+/// What rows of lasting contact need to go on.
+#[derive(Debug)]
+struct Lasting {
+    /// Deviation of Δv on one axis of each body that is noise [m/s].
+    noise: Vec<f64>,
+    /// Rows of the impacts before the part that its first frames may share.
+    recent: Vec<ContactRow>,
+    /// Where the next rows begin \[s\].
+    from: f64,
 }
 
 impl PartSearch {
+    /// A search of impacts, and of all lasting contacts too where the noise of each body is given: the
+    /// deviation of Δv on one axis [m/s].
+    pub(crate) fn new(noise: Option<Vec<f64>>) -> Self {
+        let lasting = |noise| Lasting { noise, recent: Vec::new(), from: 0.0 };
+        PartSearch { lasting: noise.map(lasting), ..PartSearch::default() }
+    }
+
     /// The impacts of a part, up to [`Part::final_to`] and after those of the parts before. Parts follow each
     /// other; `recorded` has the frames of this one with its overlaps.
     pub(crate) fn search(
@@ -84,6 +105,10 @@ impl PartSearch {
             let [from, to] = Part::compared(part.to, part.overlap);
             self.tail = Some(between(&found, from.max(joint), to));
         }
+        if let Some(lasting) = &mut self.lasting {
+            let later = between(&found, part.final_to(), f64::INFINITY).contacts;
+            lasting.log(world, recorded, (&mut rows.contacts, later), part);
+        }
         rows
     }
 
@@ -104,6 +129,27 @@ impl PartSearch {
         rows.confidence.extend(numbers.into_iter().filter_map(confidence));
         rows.states.extend_from_slice(&found.states);
         rows.untouched.extend_from_slice(&found.untouched);
+    }
+}
+
+impl Lasting {
+    /// Puts the lasting contacts of a part among its rows, in the place of those that held a body up in a jump;
+    /// `later` are rows after the end of the part.
+    fn log(
+        &mut self,
+        world: &World,
+        recorded: &[RecordedBody],
+        (rows, later): (&mut Vec<ContactRow>, Vec<ContactRow>),
+        part: Part,
+    ) {
+        rows.retain(|row| row.impact_id != 0);
+        let impacts = [self.recent.as_slice(), rows, &later].concat();
+        let span = [self.from, part.final_to()];
+        rows.extend(lasting_contacts(world, recorded, &self.noise, &impacts, span));
+        rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+        self.from = part.final_to();
+        let is_recent = |row: &ContactRow| row.impact_id != 0 && row.time >= part.to - part.overlap;
+        self.recent = rows.iter().copied().filter(is_recent).collect();
     }
 }
 

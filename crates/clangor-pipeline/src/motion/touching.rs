@@ -21,6 +21,11 @@ const MOST_POINTS: usize = 6000;
 /// Points that are kept of a contact.
 const KEPT: usize = 5;
 
+/// Most points of a contact that lasts, and where the first is sought, in the frame of the first body: along no
+/// axis of symmetry.
+const CORNERS: usize = 4;
+const FIRST_CORNER: DVec3 = DVec3::new(0.873, 0.213, 0.439);
+
 /// A surface with the points that are held against others.
 pub(super) struct SampledSurface {
     pub(super) surface: Arc<Surface>,
@@ -101,6 +106,44 @@ pub(super) fn may_touch(a: Placed<'_>, b: Placed<'_>, within: f64) -> bool {
 /// Points of two surfaces with a gap of at most `within` \[m\]: the deepest, and those that are farthest from
 /// the ones before.
 pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
+    spread(near_points(a, b, within))
+}
+
+/// The same for a contact that lasts: the corners of the area that touches, each the mean of the points within
+/// `merged` \[m\] of it by what their gaps lack of `within`. They move with the bodies, without the leaps of
+/// the deepest point, and begin from a direction that is fixed in the first body.
+pub(super) fn lasting_touches(a: Placed<'_>, b: Placed<'_>, within: f64, merged: f64) -> Vec<Touch> {
+    let found = near_points(a, b, within);
+    let along = a.pose.orientation * FIRST_CORNER;
+    let first = found.iter().max_by(|a, b| a.point.dot(along).total_cmp(&b.point.dot(along)));
+    let Some(first) = first else { return found };
+    let mut corners = vec![*first];
+    let far = |corners: &[Touch], touch: &Touch| {
+        corners.iter().map(|c| c.point.distance(touch.point)).fold(f64::INFINITY, f64::min)
+    };
+    while corners.len() < CORNERS {
+        let next = found.iter().max_by(|a, b| far(&corners, a).total_cmp(&far(&corners, b)));
+        let Some(next) = next.filter(|next| far(&corners, next) > merged) else { break };
+        corners.push(*next);
+    }
+    let mean = |corner: &Touch| {
+        let near = found.iter().filter(|touch| touch.point.distance(corner.point) <= merged);
+        let (mut sum, mut whole) = (Touch { point: DVec3::ZERO, normal: DVec3::ZERO, gap: 0.0 }, 0.0);
+        for touch in near {
+            let weight = within - touch.gap;
+            sum.point += touch.point * weight;
+            sum.normal += touch.normal * weight;
+            sum.gap += touch.gap * weight;
+            whole += weight;
+        }
+        let normal = sum.normal.try_normalize().filter(|_| whole > 0.0);
+        normal.map_or(*corner, |normal| Touch { point: sum.point / whole, normal, gap: sum.gap / whole })
+    };
+    corners.iter().map(mean).collect()
+}
+
+/// Points of two surfaces with a gap of at most `within` \[m\].
+fn near_points(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
     if !may_touch(a, b, within) {
         return Vec::new();
     }
@@ -116,7 +159,7 @@ pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
         }
     }
     found.retain(|touch| touch.gap <= within);
-    spread(found)
+    found
 }
 
 /// The ball touches the surface in one point.

@@ -1,0 +1,277 @@
+//! Rows of lasting contact in recorded motion: they balance the momentum of what slides, rolls and is hit, what
+//! rests has no sound, and noise of the poses is not taken for forces.
+
+mod recorded_motion;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use clangor_core::body::{Body, BodyId};
+use clangor_core::contact::PoseHistory;
+use clangor_core::contact::force_stream::{StreamSettings, StreamedForce, force_stream};
+use clangor_core::timeline::{ContactKind, ContactRow, Timeline};
+use clangor_pipeline::formats::timeline_file::TimelineReader;
+use glam::{DQuat, DVec3};
+use recorded_motion::{folder, import};
+
+const G: f64 = 9.80665;
+const HEAD: &str =
+    "t,body,position_x,position_y,position_z,orientation_x,orientation_y,orientation_z,orientation_w\n";
+const SCENE: &str = r#"version = 1
+[material.wood]
+base = "oak"
+friction = 0.3
+rolling_loss = 0.0002
+[[body]]
+name = "block"
+shape = "box:0.1x0.04x0.08"
+material = "wood"
+position = [0.0, 0.02, 0.0]
+[[body]]
+name = "ball"
+shape = "sphere:0.01"
+material = "wood"
+position = [0.0, 0.01, 0.5]
+[[plane]]
+name = "floor"
+material = "wood"
+[[listener]]
+position = [0.3, 0.4, 0.4]
+[render]
+rolling = true
+"#;
+
+/// Rows of a body at a rate, with positions and turns of a time.
+fn table(body: &str, rate: f64, seconds: f64, pose: impl Fn(f64) -> (DVec3, DQuat)) -> String {
+    let mut text = String::new();
+    for k in 0..=(seconds * rate).round() as u32 {
+        let t = f64::from(k) / rate;
+        let (p, q) = pose(t);
+        writeln!(text, "{t},{body},{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w).unwrap();
+    }
+    text
+}
+
+/// A run: bodies, their rows, and the length of its steps.
+struct Run {
+    bodies: Vec<Body>,
+    timeline: Timeline,
+    step: f64,
+    notices: Vec<String>,
+}
+
+fn run(rows: &str) -> Run {
+    let folder = folder(SCENE, &[("poses.csv", &format!("{HEAD}{rows}"))]);
+    let notices = import(folder.path(), &["poses.csv"], &[], false).unwrap().notices;
+    read(folder.path(), notices)
+}
+
+fn read(folder: &Path, notices: Vec<String>) -> Run {
+    let reader = TimelineReader::open(&folder.join("out.timeline")).unwrap();
+    let header = reader.header();
+    assert_eq!(header.origin.raw_log, header.origin.time_step > 0.0);
+    let step = header.origin.time_step;
+    Run { bodies: header.world.bodies.clone(), timeline: reader.read_all().unwrap(), step, notices }
+}
+
+impl Run {
+    fn id(&self, name: &str) -> BodyId {
+        BodyId(self.bodies.iter().position(|body| body.name == name).unwrap() as u32)
+    }
+
+    fn mass(&self, name: &str) -> f64 {
+        self.bodies[self.id(name).index()].mass
+    }
+
+    /// Rows that act on a body, in a stretch of time, with the sign in which they do.
+    fn rows(&self, name: &str, [from, to]: [f64; 2]) -> Vec<(ContactRow, f64)> {
+        let id = self.id(name);
+        let sign = |row: &ContactRow| f64::from(row.body_a == id) - f64::from(row.body_b == id);
+        let rows = self.timeline.contacts.iter().map(|row| (*row, sign(row)));
+        rows.filter(|(row, sign)| *sign != 0.0 && row.time >= from && row.time < to).collect()
+    }
+
+    fn impulse(&self, name: &str, span: [f64; 2]) -> DVec3 {
+        self.rows(name, span).iter().map(|(row, sign)| row.impulse() * *sign).sum()
+    }
+
+    /// Forces of lasting contacts that are heard.
+    fn stream(&self) -> Vec<StreamedForce> {
+        let poses = PoseHistory::try_new(&self.bodies, &self.timeline.poses).unwrap();
+        let settings = StreamSettings { v_min: 0.05, time_step: self.step, rest_speed: 1e-3 };
+        force_stream(&self.bodies, &self.timeline.contacts, &poses, &settings).unwrap()
+    }
+
+    /// Largest sum of the impulses of a step that are heard, over the weight in a step, in a stretch of time.
+    fn loudest(&self, name: &str, [from, to]: [f64; 2]) -> f64 {
+        let (id, weight) = (self.id(name), self.mass(name) * G * self.step);
+        let own = self.stream().into_iter();
+        let own = own.filter(|force| force.body == id && force.time >= from && force.time < to);
+        let sum = |force: StreamedForce| force.points.iter().map(|p| p.impulse).sum::<DVec3>().length();
+        own.map(sum).fold(0.0, f64::max) / weight
+    }
+}
+
+/// Slides from 1 m/s until friction has stopped it.
+fn slide(t: f64) -> (DVec3, DQuat) {
+    let (speed, brake) = (1.0, 0.3 * G);
+    let t = t.min(speed / brake);
+    (DVec3::new(speed * t - 0.5 * brake * t * t, 0.02, 0.0), DQuat::IDENTITY)
+}
+
+#[test]
+fn property_a_sliding_block_is_carried_and_braked_by_its_rows() {
+    for rate in [1000.0, 240.0, 60.0] {
+        let run = run(&table("block", rate, 0.6, slide));
+        assert_eq!(run.step, 1.0 / rate);
+        assert!(run.timeline.contacts.iter().all(|row| row.kind == ContactKind::Contact), "no impact");
+        let (mass, first) = (run.mass("block"), 1.0 / rate);
+        // All frames but the first and the last: from the middle of the first interval to that of the last.
+        let time = 0.6 - first;
+        let speed = 1.0 - 0.3 * G * 0.5 * first;
+        let sum = run.impulse("block", [0.0, 1.0]);
+        let [normal, tangential] = [sum.y / (mass * G * time) - 1.0, sum.x / (-mass * speed) - 1.0];
+        println!("{rate} Hz: normal {normal:.1e}, tangential {tangential:.1e}");
+        // Seen: see below.
+        assert!(normal.abs() < 1e-3, "{rate} Hz: {normal}");
+        assert!(tangential.abs() < 1e-3, "{rate} Hz: {tangential}");
+        for (row, _) in run.rows("block", [0.0, 0.3]) {
+            assert_eq!((row.body_b, row.normal), (run.id("floor"), DVec3::Y));
+            assert!(row.impulse_n >= 0.0 && row.impulse_t.length() <= 0.43 * row.impulse_n + 1e-9, "{row:?}");
+            assert!(row.point.y.abs() < 1e-6, "{row:?}");
+        }
+        // Four corners, of which those in front carry more: by μ times height over half of the length.
+        let mut front = [0.0; 2];
+        for (row, _) in run.rows("block", [0.05, 0.2]) {
+            front[usize::from(row.point.x > slide(row.time).0.x)] += row.impulse_n;
+        }
+        let share = (front[1] - front[0]) / (front[1] + front[0]);
+        println!("  front {share:.4}");
+        assert!((share - 0.3 * 0.02 / 0.05).abs() < 0.002, "{share}");
+        // A steady force has no sound.
+        let steady = run.loudest("block", [0.1, 0.25]);
+        println!("  steady {steady:.1e}");
+        assert!(steady < if rate > 100.0 { 0.01 } else { 0.4 }, "{steady}");
+    }
+}
+
+#[test]
+fn property_what_rests_is_silent_with_and_without_noise() {
+    for (rate, deviation) in [(1000.0, 0.0), (1000.0, 1e-6), (240.0, 1e-4)] {
+        let still = |t: f64| {
+            let jitter = |k: f64| deviation * 2.0 * ((t * 7919.0 + k).sin() * 43758.5453).sin();
+            (DVec3::new(jitter(1.0), 0.02 + jitter(2.0), jitter(3.0)), DQuat::IDENTITY)
+        };
+        let run = run(&table("block", rate, 1.0, still));
+        assert!(run.timeline.contacts.iter().all(|row| row.kind == ContactKind::Contact), "no impact");
+        let weight = run.mass("block") * G * (1.0 - 1.0 / rate);
+        let carried = run.impulse("block", [0.0, 2.0]).y / weight - 1.0;
+        let loudest = run.loudest("block", [0.03, 0.97]);
+        println!("{rate} Hz, {deviation:.0e} m: carried {carried:.1e}, heard {loudest:.1e} of the weight");
+        assert!(carried.abs() < 0.02, "{carried}");
+        assert!(loudest < 1e-9, "{loudest}");
+    }
+}
+
+#[test]
+fn property_a_ball_that_rolls_is_braked_by_its_couple() {
+    // The loss length b brakes by 5/7 b g / R.
+    let (radius, brake) = (0.01, 5.0 / 7.0 * 0.0002 * G / 0.01);
+    let roll = |t: f64| {
+        let x = 0.5 * t - 0.5 * brake * t * t;
+        (DVec3::new(x, radius, 0.5), DQuat::from_rotation_z(-x / radius))
+    };
+    for rate in [1000.0, 240.0] {
+        let run = run(&table("ball", rate, 0.5, roll));
+        let (mass, time) = (run.mass("ball"), 0.5 - 1.0 / rate);
+        let sum = run.impulse("ball", [0.0, 1.0]);
+        let couple: DVec3 = run.rows("ball", [0.0, 1.0]).iter().map(|(row, sign)| row.couple * *sign).sum();
+        let balance = [
+            sum.y / (mass * G * time) - 1.0,
+            sum.x / (-mass * brake * time) - 1.0,
+            couple.z / (1.4 * mass * brake * time * radius) - 1.0,
+        ];
+        println!("{rate} Hz: {balance:.1e?}");
+        assert!(balance[0].abs() < 1e-3 && balance[1].abs() < 0.03 && balance[2].abs() < 0.03, "{balance:?}");
+    }
+}
+
+/// A ball bounces onto the floor, slides and then rolls: its impacts and rows sum to its change of momentum.
+#[test]
+fn property_impacts_and_lasting_contacts_share_one_momentum() {
+    // Falls from 5 cm, bounces with e = 0.5 until 0.2 s, then lies.
+    let fall = (2.0 * 0.05 / G).sqrt();
+    let height = |t: f64| {
+        if t < fall {
+            return 0.06 - 0.5 * G * t * t;
+        }
+        let (mut start, mut speed) = (fall, 0.5 * G * fall);
+        while speed > 0.01 {
+            let time = 2.0 * speed / G;
+            if t < start + time {
+                let t = t - start;
+                return 0.01 + speed * t - 0.5 * G * t * t;
+            }
+            (start, speed) = (start + time, 0.5 * speed);
+        }
+        0.01
+    };
+    for rate in [1000.0, 240.0, 120.0] {
+        let run = run(&table("ball", rate, 1.0, |t| (DVec3::new(0.3 * t, height(t), 0.5), DQuat::IDENTITY)));
+        let impacts = run.timeline.impacts().len();
+        let (mass, half) = (run.mass("ball"), 0.5 / rate);
+        let mut worst = 0.0_f64;
+        // From rest on to any later time: m (Δv − g Δt) of the frames.
+        let velocity = |k: f64| (height((k + 1.0) / rate) - height(k / rate)) * rate;
+        for last in [0.25_f64, 0.3, 0.5, 0.7, 0.99] {
+            let k = (last * rate).floor();
+            let end = k / rate + half;
+            let expected = mass * (velocity(k) - velocity(0.0) + G * (end - half));
+            let sum = run.impulse("ball", [0.0, end]).y;
+            worst = worst.max((sum / expected - 1.0).abs());
+        }
+        let drift = run.impulse("ball", [0.0, 2.0]).x / (mass * 0.3);
+        println!("{rate} Hz: {impacts} impacts, momentum {worst:.1e}, along the floor {drift:.1e}");
+        assert!(worst < 0.02, "{rate} Hz: {worst}");
+        assert!(impacts >= 3, "{impacts}");
+    }
+}
+
+/// Positions with noise of 0.1 mm, as of motion capture, do not become forces of the frame rate.
+#[test]
+fn property_noise_of_poses_does_not_become_a_force() {
+    for (rate, deviation) in [(1000.0, 1e-5), (240.0, 1e-4)] {
+        let mut seed = 11_u64;
+        let mut noise = move || {
+            let mut sum = -6.0;
+            for _ in 0..12 {
+                seed = seed * 48271 % 0x7fff_ffff;
+                sum += seed as f64 / f64::from(0x7fff_ffff);
+            }
+            sum * deviation
+        };
+        let places: Vec<DVec3> = (0..=(0.3 * rate) as u32)
+            .map(|k| slide(f64::from(k) / rate).0 + DVec3::new(noise(), noise(), noise()))
+            .collect();
+        let at = |t: f64| (places[(t * rate).round() as usize], DQuat::IDENTITY);
+        let run = run(&table("block", rate, 0.3, at));
+        let heard = run.loudest("block", [0.05, 0.25]);
+        let raw = 6.0_f64.sqrt() * deviation * rate * rate / G;
+        println!("{rate} Hz: noise of the poses {raw:.2} of the weight, heard {heard:.3}");
+        assert!(heard < 0.15, "{heard}");
+    }
+}
+
+#[test]
+fn property_uneven_frames_are_told_and_parts_give_the_same_rows() {
+    let mut rows = table("block", 240.0, 0.5, slide);
+    rows.push_str("0.55,block,0.17,0.02,0,0,0,0,1\n");
+    let run = run(&rows);
+    assert_eq!(run.step, 0.0);
+    assert!(run.notices.iter().any(|notice| notice.contains("not evenly spaced")), "{:?}", run.notices);
+    // One frame, two, three: no row is known of.
+    for count in 0..3 {
+        let run = self::run(&table("block", 240.0, f64::from(count) / 240.0, slide));
+        assert!(run.timeline.contacts.len() <= 4, "{count}");
+    }
+}

@@ -18,23 +18,23 @@ const G: f64 = 9.80665;
 const HEAD: &str =
     "t,body,position_x,position_y,position_z,orientation_x,orientation_y,orientation_z,orientation_w\n";
 const SCENE: &str = r#"version = 1
-[material.wood]
-base = "oak"
+[material.board]
+base = "wood"
 friction = 0.3
 rolling_loss = 0.0002
 [[body]]
 name = "block"
 shape = "box:0.1x0.04x0.08"
-material = "wood"
+material = "board"
 position = [0.0, 0.02, 0.0]
 [[body]]
 name = "ball"
 shape = "sphere:0.01"
-material = "wood"
+material = "board"
 position = [0.0, 0.01, 0.5]
 [[plane]]
 name = "floor"
-material = "wood"
+material = "board"
 [[listener]]
 position = [0.3, 0.4, 0.4]
 [render]
@@ -123,7 +123,7 @@ fn slide(t: f64) -> (DVec3, DQuat) {
 fn property_a_sliding_block_is_carried_and_braked_by_its_rows() {
     for rate in [1000.0, 240.0, 60.0] {
         let run = run(&table("block", rate, 0.6, slide));
-        assert_eq!(run.step, 1.0 / rate);
+        assert!((run.step * rate - 1.0).abs() < 1e-9, "{}", run.step);
         assert!(run.timeline.contacts.iter().all(|row| row.kind == ContactKind::Contact), "no impact");
         let (mass, first) = (run.mass("block"), 1.0 / rate);
         // All frames but the first and the last: from the middle of the first interval to that of the last.
@@ -191,7 +191,7 @@ fn property_a_ball_that_rolls_is_braked_by_its_couple() {
             sum.x / (-mass * brake * time) - 1.0,
             couple.z / (1.4 * mass * brake * time * radius) - 1.0,
         ];
-        println!("{rate} Hz: {balance:.1e?}");
+        println!("{rate} Hz: {balance:?}");
         assert!(balance[0].abs() < 1e-3 && balance[1].abs() < 0.03 && balance[2].abs() < 0.03, "{balance:?}");
     }
 }
@@ -199,7 +199,7 @@ fn property_a_ball_that_rolls_is_braked_by_its_couple() {
 /// A ball bounces onto the floor, slides and then rolls: its impacts and rows sum to its change of momentum.
 #[test]
 fn property_impacts_and_lasting_contacts_share_one_momentum() {
-    // Falls from 5 cm, bounces with e = 0.5 until 0.2 s, then lies.
+    // Falls from 5 cm, bounces with e = 0.5 until 0.3 s, then slides on.
     let fall = (2.0 * 0.05 / G).sqrt();
     let height = |t: f64| {
         if t < fall {
@@ -223,7 +223,7 @@ fn property_impacts_and_lasting_contacts_share_one_momentum() {
         let mut worst = 0.0_f64;
         // From rest on to any later time: m (Δv − g Δt) of the frames.
         let velocity = |k: f64| (height((k + 1.0) / rate) - height(k / rate)) * rate;
-        for last in [0.25_f64, 0.3, 0.5, 0.7, 0.99] {
+        for last in [0.15_f64, 0.23, 0.35, 0.5, 0.7, 0.98] {
             let k = (last * rate).floor();
             let end = k / rate + half;
             let expected = mass * (velocity(k) - velocity(0.0) + G * (end - half));

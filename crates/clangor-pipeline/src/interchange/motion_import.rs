@@ -27,7 +27,7 @@ use crate::motion::parts::{Part, PartSearch};
 use crate::motion::recording::RecordedBody;
 use crate::stages::load::LoadedScene;
 pub use error::MotionImportError;
-use lasting_log::lasting_log;
+use lasting_log::{lasting_log, noise_of_bodies};
 use listed::read_contacts;
 use pose_rows::pose_rows;
 use recording::{Recording, read_recording};
@@ -140,10 +140,10 @@ fn import_in_memory(
     let (mut found, mut step) = (None, None);
     let (contacts, states) = if files.contacts.is_empty() {
         let part = Part { from: 0.0, to: f64::INFINITY, overlap: 0.0 };
-        let log = lasting_log(loaded, files, &checks, world.bodies.len());
+        let log = lasting_log(loaded, files, &checks);
         remarks.extend(log.remark.map(String::from));
         step = log.step;
-        let mut search = PartSearch::new(log.noise);
+        let mut search = PartSearch::new(noise_of_bodies(&checks, world.bodies.len()), step.is_some());
         let rows = search.search(&world, &recorded, loaded.scene.simulation.v_min, part);
         let mut summary = FoundImpacts::default();
         summary.extend(&rows);

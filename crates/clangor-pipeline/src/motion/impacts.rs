@@ -55,13 +55,26 @@ pub struct MotionImpacts {
 /// Finds the impacts of recorded bodies of a world, which are [`Motion::Free`] there; `v_min` is the approach
 /// speed below which an impact is lasting contact [m/s].
 pub fn find_impacts(world: &World, recorded: &[RecordedBody], v_min: f64) -> MotionImpacts {
+    find_impacts_in_noise(world, recorded, v_min, &[])
+}
+
+/// The same where the deviation of Δv on one axis of each body is noise [m/s]; none beyond the end of `noise`.
+pub(super) fn find_impacts_in_noise(
+    world: &World,
+    recorded: &[RecordedBody],
+    v_min: f64,
+    noise: &[f64],
+) -> MotionImpacts {
     let mut scene = Scene::new(world, recorded);
     let mut windows: Vec<JumpWindow> = scene
         .kinematics
         .iter()
         .enumerate()
         .filter_map(|(index, kinematics)| Some((BodyId(index as u32), kinematics.as_ref()?)))
-        .flat_map(|(body, kinematics)| jump_windows(body, kinematics, v_min))
+        .flat_map(|(body, kinematics)| {
+            let noise = noise.get(body.index()).copied().unwrap_or(0.0);
+            jump_windows(body, kinematics, (v_min, noise))
+        })
         .collect();
     windows.sort_by(|a, b| a.time.total_cmp(&b.time));
     scene.windows_of_bodies(&windows);

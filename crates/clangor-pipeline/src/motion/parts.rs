@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use clangor_core::body::{BodyId, World};
 use clangor_core::timeline::{ContactRow, PoseRow};
 
-use super::impacts::{MotionImpacts, find_impacts};
+use super::impacts::{MotionImpacts, find_impacts_in_noise};
 use super::lasting_contacts::lasting_contacts;
 use super::recording::RecordedBody;
 
@@ -58,15 +58,15 @@ pub(crate) struct PartSearch {
     impacts: u64,
     /// Joints at which the parts did not agree.
     pub(crate) doubtful_joints: u64,
-    /// Whether rows of lasting contact are wanted, and what they need.
+    /// Deviation of Δv on one axis of each body that is noise [m/s].
+    noise: Vec<f64>,
+    /// Rows of lasting contact, if they are wanted.
     lasting: Option<Lasting>,
 }
 
 /// What rows of lasting contact need to go on.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Lasting {
-    /// Deviation of Δv on one axis of each body that is noise [m/s].
-    noise: Vec<f64>,
     /// Rows of the impacts before the part that its first frames may share.
     recent: Vec<ContactRow>,
     /// Where the next rows begin \[s\].
@@ -74,11 +74,10 @@ struct Lasting {
 }
 
 impl PartSearch {
-    /// A search of impacts, and of all lasting contacts too where the noise of each body is given: the
+    /// A search of impacts, and of lasting contacts too if they are wanted, of bodies with this `noise`: the
     /// deviation of Δv on one axis [m/s].
-    pub(crate) fn new(noise: Option<Vec<f64>>) -> Self {
-        let lasting = |noise| Lasting { noise, recent: Vec::new(), from: 0.0 };
-        PartSearch { lasting: noise.map(lasting), ..PartSearch::default() }
+    pub(crate) fn new(noise: Vec<f64>, logs_lasting: bool) -> Self {
+        PartSearch { noise, lasting: logs_lasting.then(Lasting::default), ..PartSearch::default() }
     }
 
     /// The impacts of a part, up to [`Part::final_to`] and after those of the parts before. Parts follow each
@@ -90,7 +89,7 @@ impl PartSearch {
         v_min: f64,
         part: Part,
     ) -> MotionImpacts {
-        let found = find_impacts(world, recorded, v_min);
+        let found = find_impacts_in_noise(world, recorded, v_min, &self.noise);
         let mut joint = f64::NEG_INFINITY;
         let mut rows = MotionImpacts::default();
         if let Some(tail) = self.tail.take() {
@@ -107,7 +106,7 @@ impl PartSearch {
         }
         if let Some(lasting) = &mut self.lasting {
             let later = between(&found, part.final_to(), f64::INFINITY).contacts;
-            lasting.log(world, recorded, (&mut rows.contacts, later), part);
+            lasting.log((world, recorded, &self.noise), (&mut rows.contacts, later), part);
         }
         rows
     }
@@ -137,15 +136,14 @@ impl Lasting {
     /// `later` are rows after the end of the part.
     fn log(
         &mut self,
-        world: &World,
-        recorded: &[RecordedBody],
+        (world, recorded, noise): (&World, &[RecordedBody], &[f64]),
         (rows, later): (&mut Vec<ContactRow>, Vec<ContactRow>),
         part: Part,
     ) {
         rows.retain(|row| row.impact_id != 0);
         let impacts = [self.recent.as_slice(), rows, &later].concat();
         let span = [self.from, part.final_to()];
-        rows.extend(lasting_contacts(world, recorded, &self.noise, &impacts, span));
+        rows.extend(lasting_contacts(world, recorded, noise, &impacts, span));
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
         self.from = part.final_to();
         let is_recent = |row: &ContactRow| row.impact_id != 0 && row.time >= part.to - part.overlap;

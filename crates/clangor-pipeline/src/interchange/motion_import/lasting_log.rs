@@ -12,35 +12,35 @@ use crate::stages::load::LoadedScene;
 /// Longest frame of a log \[s\], the longest step of a timeline.
 const LONGEST: f64 = 1.0;
 
-/// What a log needs; all `None` without one.
+/// Whether there is a log.
 #[derive(Default)]
 pub(super) struct LastingLog {
-    /// Noise of the jumps of each body of the world [m/s].
-    pub(super) noise: Option<Vec<f64>>,
-    /// Length of the frames \[s\].
+    /// Length of its frames \[s\]; `None` without one.
     pub(super) step: Option<f64>,
     /// Why there is none although it is wanted.
     pub(super) remark: Option<&'static str>,
 }
 
-/// The log of bodies with these checks, in a world of this many.
+/// The log of bodies with these checks.
 pub(super) fn lasting_log(
     loaded: &LoadedScene,
     files: &MotionFiles,
     checks: &[(BodyId, FrameChecks)],
-    bodies: usize,
 ) -> LastingLog {
     if !(loaded.scene.render.rolling || files.raw_log) {
         return LastingLog::default();
     }
-    let Some(step) = common_length(checks).filter(|step| *step <= LONGEST) else {
-        let remark = "frames are not evenly spaced, alike for all bodies: lasting contacts have no rows, and \
-                      rolling and sliding are not heard";
-        return LastingLog { remark: Some(remark), ..LastingLog::default() };
-    };
+    let step = common_length(checks).filter(|step| *step <= LONGEST);
+    let remark = "frames are not evenly spaced, alike for all bodies: lasting contacts have no rows, and \
+                  rolling and sliding are not heard";
+    LastingLog { step, remark: step.is_none().then_some(remark) }
+}
+
+/// Noise of the jumps of each of so many bodies [m/s].
+pub(super) fn noise_of_bodies(checks: &[(BodyId, FrameChecks)], bodies: usize) -> Vec<f64> {
     let mut noise = vec![0.0; bodies];
     for (body, checks) in checks {
         noise[body.index()] = checks.noise();
     }
-    LastingLog { noise: Some(noise), step: Some(step), remark: None }
+    noise
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use clangor_core::body::{BodyId, World};
 use clangor_core::timeline::TimelineSink;
 
-use super::lasting_log::lasting_log;
+use super::lasting_log::{lasting_log, noise_of_bodies};
 use super::pose_rows::pose_rows;
 use super::recording::{FramesOfTable, start};
 use super::survey::{KEPT, MOST_STREAMED, StreamPlan, Survey};
@@ -46,7 +46,8 @@ pub(super) fn import_stream(
     let name = |id: BodyId| name_of(&world, id);
     let mut remarks: Vec<String> = notices(&checks, 0, &name).iter().map(ToString::to_string).collect();
     remarks.extend(unrecorded(&world, &recorded));
-    let log = lasting_log(loaded, files, &checks, world.bodies.len());
+    let log = lasting_log(loaded, files, &checks);
+    let noise = noise_of_bodies(&checks, world.bodies.len());
     remarks.extend(log.remark.map(String::from));
     let header = imported_header(loaded, world.clone(), "recorded motion", latest, log.step);
     let known_to = recorded.iter().map(|body| body.frames.last().map_or(0.0, |frame| frame.time)).collect();
@@ -64,7 +65,7 @@ pub(super) fn import_stream(
         written_to: 0.0,
         joints: 0,
         kept: 0,
-        search: PartSearch::new(log.noise),
+        search: PartSearch::new(noise, log.step.is_some()),
         found: FoundImpacts::default(),
         writer: TimelineWriter::create(output, &header, replace)?,
     };

@@ -21,9 +21,8 @@ const MOST_POINTS: usize = 6000;
 /// Points that are kept of a contact.
 const KEPT: usize = 5;
 
-/// Most points of a contact that lasts, and where the first is sought, in the frame of the first body: along no
-/// axis of symmetry.
-const CORNERS: usize = 4;
+/// Where the first point of a contact that lasts is sought, in the frame of the first body: along no axis of
+/// symmetry.
 const FIRST_CORNER: DVec3 = DVec3::new(0.873, 0.213, 0.439);
 
 /// A surface with the points that are held against others.
@@ -109,22 +108,26 @@ pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
     spread(near_points(a, b, within))
 }
 
-/// The same for a contact that lasts: the corners of the area that touches, each the mean of the points within
-/// `merged` \[m\] of it by what their gaps lack of `within`. They move with the bodies, without the leaps of
-/// the deepest point, and begin from a direction that is fixed in the first body.
+/// The same for a contact that lasts: up to four corners of the area that touches, each the mean of the points
+/// within `merged` \[m\] of it by what their gaps lack of `within`. They move with the bodies, without the
+/// leaps of the deepest point, and begin from a direction that is fixed in the first body.
 pub(super) fn lasting_touches(a: Placed<'_>, b: Placed<'_>, within: f64, merged: f64) -> Vec<Touch> {
     let found = near_points(a, b, within);
     let along = a.pose.orientation * FIRST_CORNER;
-    let first = found.iter().max_by(|a, b| a.point.dot(along).total_cmp(&b.point.dot(along)));
-    let Some(first) = first else { return found };
-    let mut corners = vec![*first];
-    let far = |corners: &[Touch], touch: &Touch| {
-        corners.iter().map(|c| c.point.distance(touch.point)).fold(f64::INFINITY, f64::min)
+    let farthest = |measure: &dyn Fn(&Touch) -> f64| {
+        found.iter().max_by(|a, b| measure(a).total_cmp(&measure(b))).map(|touch| (*touch, measure(touch)))
     };
-    while corners.len() < CORNERS {
-        let next = found.iter().max_by(|a, b| far(&corners, a).total_cmp(&far(&corners, b)));
-        let Some(next) = next.filter(|next| far(&corners, next) > merged) else { break };
-        corners.push(*next);
+    let Some((first, _)) = farthest(&|touch| touch.point.dot(along)) else { return found };
+    let mut corners = vec![first];
+    // The point opposite, and those on both sides of the line between them.
+    let opposite = farthest(&|touch| touch.point.distance(first.point));
+    if let Some((second, _)) = opposite.filter(|(_, distance)| *distance > merged) {
+        corners.push(second);
+        let aside = first.normal.cross(second.point - first.point).normalize_or_zero();
+        for side in [aside, -aside] {
+            let third = farthest(&|touch| (touch.point - first.point).dot(side));
+            corners.extend(third.filter(|(_, distance)| *distance > merged).map(|(touch, _)| touch));
+        }
     }
     let mean = |corner: &Touch| {
         let near = found.iter().filter(|touch| touch.point.distance(corner.point) <= merged);

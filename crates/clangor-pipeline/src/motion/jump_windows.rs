@@ -26,10 +26,12 @@ use super::kinematics::{Jump, Kinematics};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
-/// Frames on both sides that have the same force as a frame of lasting contact, the largest ratio of their
-/// jumps, and the longest time of these frames \[s\].
-const ALIKE: usize = 2;
-const ALIKE_SIZE: f64 = 2.0;
+/// Frames in a row that have the force of lasting contact, the largest ratio of two that follow each other and
+/// the least cosine between them, the least force over the weight, and the longest time of these frames \[s\].
+const ROW: usize = 5;
+const ALIKE_SIZE: f64 = 3.0;
+const ALIKE_DIRECTION: f64 = 0.8;
+const LEAST_PUSH: f64 = 0.3;
 const LASTING: f64 = 0.01;
 /// Mean speed in the first frame, over that of free fall, from which a body is not supported there.
 const MOVES: f64 = 0.05;
@@ -272,24 +274,25 @@ fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
         let around = jumps.get(low..high).unwrap_or_default();
         around.is_empty() || around.iter().filter(|jump| jump.size < excess).count() > around.len() / 4
     };
-    (0..jumps.len()).map(|k| is_hit(k) && !is_lasting(jumps, k)).collect()
+    (0..jumps.len()).map(|k| is_hit(k) && !is_lasting(jumps, k, g)).collect()
 }
 
-/// Whether a jump is one of five in a row that are alike, within 10 ms: a force that lasts, as under a body
-/// that rolls or spins. An impact at this rate is over within two frames.
-fn is_lasting(jumps: &[Jump], k: usize) -> bool {
-    let Some(around) = k.checked_sub(ALIKE).and_then(|first| jumps.get(first..=k + ALIKE)) else {
-        return false;
+/// Whether a jump is within a row of five that go over into each other, within 10 ms: a force that lasts, as
+/// under a body that rolls or spins. An impact at this rate is over within two frames, before which and after
+/// which the body flies or has its weight alone.
+fn is_lasting(jumps: &[Jump], k: usize, gravity: f64) -> bool {
+    let goes_over = |pair: &[Jump]| {
+        let (a, b) = (pair[0].velocity, pair[1].velocity);
+        let (one, two) = (a.length(), b.length());
+        one.max(two) < ALIKE_SIZE * one.min(two) && a.dot(b) > ALIKE_DIRECTION * one * two
     };
-    let own = jumps[k];
-    let length: f64 = around.iter().map(|jump| jump.span).sum();
-    let is_alike = |jump: &Jump| {
-        let size = jump.velocity.length();
-        let ratio = size / own.velocity.length();
-        (ALIKE_SIZE.recip()..ALIKE_SIZE).contains(&ratio)
-            && jump.velocity.dot(own.velocity) > SAME_DIRECTION * size * own.velocity.length()
+    let pushes = |jump: &Jump| jump.velocity.length() > LEAST_PUSH * gravity * jump.span;
+    let is_row = |around: &[Jump]| {
+        let length: f64 = around.iter().map(|jump| jump.span).sum();
+        length <= LASTING && around.iter().all(pushes) && around.windows(2).all(goes_over)
     };
-    length <= LASTING && around.iter().all(is_alike)
+    let row = |first: usize| jumps.get(first..first + ROW);
+    (k.saturating_sub(ROW - 2)..k).filter_map(row).any(is_row)
 }
 
 /// Jump from which a frame counts where nothing supports the body [m/s]; `clear` is what sound and noise

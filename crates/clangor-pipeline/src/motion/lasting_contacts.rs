@@ -30,7 +30,7 @@ use super::kinematics::{Kinematics, State};
 use super::lasting_fit::{FitPair, SharedLoad, share_load};
 use super::lasting_jumps::{LastingJump, Push, RecordedMotion, lasting_jumps};
 use super::recording::RecordedBody;
-use super::touching::{Placed, Touch, lasting_touches, may_touch};
+use super::touching::{Clearance, Placed, Touch, lasting_touches, may_touch};
 
 /// Gaps that count as touching: a share of the smaller body, a share of the way in a frame, and the digits of
 /// 32-bit files \[m\]; and the factors on them that are tried.
@@ -123,8 +123,12 @@ fn steps(scene: &Scene<'_>, [from, to]: [f64; 2]) -> Vec<Entry> {
     entries
 }
 
-/// Touches of a pair in the poses and with the gap in which they were found.
-type KnownTouches = ([Pose; 2], f64, Vec<Touch>);
+/// Touches of a pair in the poses and with the gap in which they were found, and what else is known then.
+#[derive(Default)]
+struct KnownPair {
+    found: Option<([Pose; 2], f64, Vec<Touch>)>,
+    clearance: Clearance,
+}
 
 struct Search<'a> {
     scene: &'a Scene<'a>,
@@ -132,8 +136,8 @@ struct Search<'a> {
     noise: &'a [f64],
     /// Frame of each body in the present step.
     frame_of: Vec<Option<usize>>,
-    /// What bodies that do not move need not ask again.
-    known: BTreeMap<(usize, usize), KnownTouches>,
+    /// What need not be asked again.
+    known: BTreeMap<(usize, usize), KnownPair>,
 }
 
 /// A body of a group that touches.
@@ -298,12 +302,12 @@ impl Search<'_> {
             return Vec::new();
         }
         let poses = [a.state.pose, b.state.pose];
-        let pair = (a.body, b.body);
-        if let Some((_, _, touches)) = self.known.get(&pair).filter(|k| k.0 == poses && k.1 == within) {
+        let KnownPair { found, clearance } = self.known.entry((a.body, b.body)).or_default();
+        if let Some((_, _, touches)) = found.as_ref().filter(|known| known.0 == poses && known.1 == within) {
             return touches.clone();
         }
-        let touches = lasting_touches(one, two, within, MERGED * size);
-        self.known.insert(pair, (poses, within, touches.clone()));
+        let touches = lasting_touches(one, two, (within, MERGED * size), clearance);
+        *found = Some((poses, within, touches.clone()));
         touches
     }
 }

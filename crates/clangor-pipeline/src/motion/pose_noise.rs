@@ -7,7 +7,8 @@
 //!
 //! Free flight, and a steady force, leave e to the noise alone, and a force that changes adds to it. The lowest
 //! tenth of all e that are not zero is therefore taken for noise: of normal noise on three axes, it is 0.764
-//! times the deviation of one. Frames that repeat their velocity exactly tell nothing. A recording without any
+//! times the deviation of one. Frames that repeat their velocity exactly tell nothing, nor do
+//! fewer than fifty others. A recording without any
 //! steady moment has its fluctuations of force taken for noise, which errs towards silence.
 
 use glam::DVec3;
@@ -16,6 +17,8 @@ use glam::DVec3;
 const LOWEST_TENTH: f64 = 0.764;
 /// Deviation of Δv over that of its difference, √(6/20).
 const OF_DIFFERENCE: f64 = 0.547_722_557_505_166_1;
+/// Fewest frames that tell of noise.
+const FEWEST: u64 = 50;
 /// Classes of e², two for each power of two, from 2⁻⁸⁰ (e = 9e-13 m/s) on.
 const CLASSES: usize = 240;
 const MANTISSA_BITS: u32 = 51;
@@ -40,8 +43,11 @@ impl PoseNoise {
         let Some((before, earlier)) = self.velocity.replace((velocity, length)) else { return };
         let jump = velocity - before - gravity * (0.5 * (length + earlier));
         let Some(last) = self.jump.replace(jump) else { return };
-        let class = ((jump - last).length_squared().to_bits() >> MANTISSA_BITS).checked_sub(LOWEST);
-        if let Some(count) = class.and_then(|class| self.counts.get_mut(class as usize)) {
+        let square = (jump - last).length_squared();
+        let class = (square.to_bits() >> MANTISSA_BITS).saturating_sub(LOWEST);
+        if square > 0.0
+            && let Some(count) = self.counts.get_mut(class as usize)
+        {
             *count = count.saturating_add(1);
         }
     }
@@ -54,7 +60,7 @@ impl PoseNoise {
             below += u64::from(*count);
             below * 10 > all
         });
-        let Some(class) = reached.filter(|_| all > 0) else { return 0.0 };
+        let Some(class) = reached.filter(|_| all >= FEWEST) else { return 0.0 };
         // The middle of the class.
         let bits = ((LOWEST + class as u64) << MANTISSA_BITS) + (1 << (MANTISSA_BITS - 1));
         f64::from_bits(bits).sqrt() / LOWEST_TENTH * OF_DIFFERENCE

@@ -1,5 +1,5 @@
-//! Rows of lasting contact in recorded motion: they balance the momentum of what slides, rolls and is hit, what
-//! rests has no sound, and noise of the poses is not taken for forces.
+//! Rows of lasting contact in recorded motion: they balance the momentum of what slides, rolls and is hit,
+//! what rests has no sound, and noise of the poses is not taken for forces.
 
 mod recorded_motion;
 
@@ -11,6 +11,8 @@ use clangor_core::contact::PoseHistory;
 use clangor_core::contact::force_stream::{StreamSettings, StreamedForce, force_stream};
 use clangor_core::timeline::{ContactKind, ContactRow, Timeline};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
+use clangor_pipeline::stages::load::load_scene;
 use glam::{DQuat, DVec3};
 use recorded_motion::{folder, import};
 
@@ -102,8 +104,8 @@ impl Run {
         force_stream(&self.bodies, &self.timeline.contacts, &poses, &settings).unwrap()
     }
 
-    /// What is heard of a body in a stretch of time, over its weight in a step: the largest sum of the impulses
-    /// of a step, and the largest change of all of them from one step to the next.
+    /// What is heard of a body in a stretch of time, over its weight in a step: the largest sum of the
+    /// impulses of a step, and the largest change of all of them from one step to the next.
     fn heard(&self, name: &str, [from, to]: [f64; 2]) -> [f64; 2] {
         let (id, weight) = (self.id(name), self.mass(name) * G * self.step);
         let own = self.stream().into_iter();
@@ -143,10 +145,9 @@ fn property_a_sliding_block_is_carried_and_braked_by_its_rows() {
         let sum = run.impulse("block", [0.0, 1.0]);
         let [normal, tangential] = [sum.y / (mass * G * time) - 1.0, sum.x / (-mass * speed) - 1.0];
         println!("{rate} Hz: normal {normal:.1e}, tangential {tangential:.1e}");
-        // Seen: 4e-6 and 9e-6; at 60 Hz 2e-5 and 4e-3, as a body stops between two frames.
-        let tolerance = if rate > 100.0 { 1e-4 } else { 1e-2 };
-        assert!(normal.abs() < tolerance, "{rate} Hz: {normal}");
-        assert!(tangential.abs() < tolerance, "{rate} Hz: {tangential}");
+        // Seen: 4e-6 and 9e-6.
+        assert!(normal.abs() < 1e-4, "{rate} Hz: {normal}");
+        assert!(tangential.abs() < 1e-4, "{rate} Hz: {tangential}");
         for (row, _) in run.rows("block", [0.0, 0.3]) {
             assert_eq!((row.body_b, row.normal), (run.id("floor"), DVec3::Y));
             assert!(row.impulse_n >= 0.0 && row.impulse_t.length() <= 0.43 * row.impulse_n + 1e-9, "{row:?}");
@@ -160,10 +161,10 @@ fn property_a_sliding_block_is_carried_and_braked_by_its_rows() {
         let share = (front[1] - front[0]) / (front[1] + front[0]);
         println!("  front {share:.4}");
         assert!((share - 0.3 * 0.02 / 0.05).abs() < 0.01, "{share}");
-        // A steady force has no sound.
+        // Seen: 0.1250, as points within 2.7 mm of a corner count to it. A steady force has no sound: seen 6e-14.
         let steady = run.heard("block", [0.1, 0.25]);
         println!("  steady {steady:?}");
-        assert!(steady.iter().all(|heard| *heard < 1e-3), "{steady:?}");
+        assert!(steady.iter().all(|heard| *heard < 1e-9), "{steady:?}");
     }
 }
 
@@ -180,8 +181,9 @@ fn property_what_rests_is_silent_with_and_without_noise() {
         let carried = run.impulse("block", [0.0, 2.0]).y / weight - 1.0;
         let heard = run.heard("block", [0.03, 0.97]);
         println!("{rate} Hz, {deviation:.0e} m: carried {carried:.1e}, heard {heard:?} of the weight");
-        assert!(carried.abs() < 0.02, "{carried}");
-        assert!(heard.iter().all(|heard| *heard < 1e-3), "{heard:?}");
+        // Seen: 3e-5 of the weight, and 1e-14 of it that is heard.
+        assert!(carried.abs() < 1e-3, "{carried}");
+        assert!(heard.iter().all(|heard| *heard < 1e-9), "{heard:?}");
     }
 }
 
@@ -204,6 +206,7 @@ fn property_a_ball_that_rolls_is_braked_by_its_couple() {
             couple.z / (1.4 * mass * brake * time * radius) - 1.0,
         ];
         println!("{rate} Hz: {balance:?}");
+        // Seen: 1e-5, 5e-3, 4e-3: the couple is found to what six passes leave.
         assert!(balance[0].abs() < 1e-3 && balance[1].abs() < 0.03 && balance[2].abs() < 0.03, "{balance:?}");
     }
 }
@@ -244,7 +247,8 @@ fn property_impacts_and_lasting_contacts_share_one_momentum() {
         }
         let drift = run.impulse("ball", [0.0, 2.0]).x / (mass * 0.3);
         println!("{rate} Hz: {impacts} impacts, momentum {worst:.1e}, along the floor {drift:.1e}");
-        assert!(worst < 0.02, "{rate} Hz: {worst}");
+        // Seen: 1e-5.
+        assert!(worst < 1e-3, "{rate} Hz: {worst}");
         assert!(impacts >= 3, "{impacts}");
     }
 }
@@ -270,20 +274,75 @@ fn property_noise_of_poses_does_not_become_a_force() {
         let heard = run.heard("block", [0.05, 0.25]);
         let raw = 6.0_f64.sqrt() * deviation * rate * rate / G;
         println!("{rate} Hz: noise of the poses {raw:.2} of the weight, heard {heard:?}");
+        // Seen: 0.02 and 0.03 of the noise, 0.03 and 0.05 of the weight.
         assert!(heard.iter().all(|heard| *heard < 0.05 * raw), "{heard:?}");
     }
 }
 
 #[test]
-fn property_uneven_frames_are_told_and_parts_give_the_same_rows() {
+fn property_uneven_frames_are_told_and_few_give_no_rows() {
     let mut rows = table("block", 240.0, 0.5, slide);
     rows.push_str("0.55,block,0.17,0.02,0,0,0,0,1\n");
     let run = run(&rows);
     assert_eq!(run.step, 0.0);
     assert!(run.notices.iter().any(|notice| notice.contains("not evenly spaced")), "{:?}", run.notices);
-    // One frame, two, three: no row is known of.
+    // One frame, two, three: at most one of them has a step.
     for count in 0..3 {
         let run = self::run(&table("block", 240.0, f64::from(count) / 240.0, slide));
         assert!(run.timeline.contacts.len() <= 4, "{count}");
     }
+}
+
+/// A brake that trembles at 100 Hz by a tenth of the weight is heard; the steady part of it is not.
+#[test]
+fn property_a_force_that_changes_is_heard() {
+    let (rate, omega) = (1000.0, 2.0 * std::f64::consts::PI * 100.0);
+    let amplitude = 0.1 * G / (omega * omega);
+    let tremble = |t: f64| {
+        let since = (t - 0.3).max(0.0);
+        let way = amplitude * (omega * since - (omega * since).sin());
+        (DVec3::new(0.5 * t - 0.05 * G * t * t + way, 0.02, 0.0), DQuat::IDENTITY)
+    };
+    let run = run(&table("block", rate, 0.6, tremble));
+    let [before, heard] = [[0.05, 0.25], [0.35, 0.55]].map(|span| run.heard("block", span)[0]);
+    // Frames of 1 ms see (sin x / x)² of it, x = π/10.
+    let x = 0.5 * omega / rate;
+    let expected = 0.1 * (x.sin() / x).powi(2);
+    println!("steady {before:.1e}, trembling {heard:.4} of {expected:.4}");
+    // Seen: 9e-14; the largest sample of a sine of ten samples is 0.951 of it.
+    assert!(before < 1e-6, "{before}");
+    assert!((heard / (expected * 0.951) - 1.0).abs() < 0.02, "{heard} {expected}");
+}
+
+/// Thirty boxes that land on each other and come to rest, searched in parts as a long table is.
+#[test]
+fn property_parts_of_a_recording_give_the_rows_of_one_piece() {
+    let boxes = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded_boxes");
+    let loaded = load_scene(&boxes.join("boxes.toml"), &|_| ()).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let log = |part_length: f64| {
+        let (poses, part_length) = (vec![boxes.join("poses.parquet")], Some(part_length));
+        let files = MotionFiles { poses, z_up: true, part_length, raw_log: true, ..MotionFiles::default() };
+        let out = folder.path().join("out.timeline");
+        import_motion(&loaded, &files, &out, true).unwrap();
+        read(folder.path(), Vec::new())
+    };
+    let [whole, parts] = [1e6, 0.61].map(log);
+    let lasting = |run: &Run| -> Vec<ContactRow> {
+        run.timeline.contacts.iter().filter(|row| row.impact_id == 0).copied().collect()
+    };
+    println!("{} rows of lasting contact", lasting(&whole).len());
+    assert!(lasting(&whole).len() > 1000);
+    assert!(lasting(&whole) == lasting(&parts), "{} rows in parts", lasting(&parts).len());
+    // What the floor and the others give to each box from the first step to the last is m (Δv − g Δt).
+    let mut worst = 0.0_f64;
+    for body in whole.bodies.iter().filter(|body| body.mass.is_finite()) {
+        let own: Vec<_> =
+            whole.timeline.poses.iter().filter(|row| row.body == whole.id(&body.name)).collect();
+        let (first, last) = (own[0], own[own.len() - 1]);
+        let change = last.velocity.y - first.velocity.y + G * (last.time - first.time - whole.step);
+        let sum = whole.impulse(&body.name, [0.0, f64::INFINITY]).y;
+        worst = worst.max((sum / (body.mass * change) - 1.0).abs());
+    }
+    println!("worst balance of a box {worst:.3}");
 }

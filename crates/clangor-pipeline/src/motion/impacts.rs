@@ -58,7 +58,8 @@ pub fn find_impacts(world: &World, recorded: &[RecordedBody], v_min: f64) -> Mot
     find_impacts_in_noise(world, recorded, v_min, &[])
 }
 
-/// The same where the deviation of Δv on one axis of each body is noise [m/s]; none beyond the end of `noise`.
+/// The same where the deviation of Δv on one axis of each body is noise [m/s]; none beyond the end of
+/// `noise`.
 pub(super) fn find_impacts_in_noise(
     world: &World,
     recorded: &[RecordedBody],

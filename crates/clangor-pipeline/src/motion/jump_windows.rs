@@ -26,8 +26,9 @@ use super::kinematics::{Jump, Kinematics};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
-/// Frames in a row that have the force of lasting contact, the largest ratio of two that follow each other and
-/// the least cosine between them, the least force over the weight, and the longest time of these frames \[s\].
+/// Frames in a row that have the force of lasting contact, the largest ratio of two that follow each other
+/// and the least cosine between them, the least force over the weight, and the longest time of these frames
+/// \[s\].
 const ROW: usize = 5;
 const ALIKE_SIZE: f64 = 3.0;
 const ALIKE_DIRECTION: f64 = 0.8;

@@ -1,4 +1,5 @@
-//! Rows of lasting contact of a recorded motion: what holds, brakes and turns bodies that rest, slide or roll.
+//! Rows of lasting contact of a recorded motion: what holds, brakes and turns bodies that rest, slide or
+//! roll.
 //!
 //! At each frame, the change of motion of a body beyond gravity and impacts ([`lasting_jumps`](super)) is the
 //! impulse of its contacts in one step, from the middle of the frame before to that of the frame after:

@@ -84,7 +84,8 @@ struct Fit {
 }
 
 impl Fit {
-    /// Changes the impulse of one contact towards the best, from that of the pass before. Returns by how much.
+    /// Changes the impulse of one contact towards the best, from that of the pass before. Returns by how
+    /// much.
     fn push(&mut self, k: usize, contact: &FitContact, mass: DMat3, before: DVec3) -> f64 {
         let own = self.impulses[k];
         let target = mass * relative_velocity(&self.left, contact) - (own - before) * WEIGHT;
@@ -187,7 +188,7 @@ mod tests {
         };
         // The point of contact stays at rest: without a couple nothing brakes it.
         assert!(load(0.0).impulses[0].x.abs() < 1e-9 * mass);
-        // 7/5 m Δv R is the couple that explains all of it: 1.4e-8 N m s for a lever of 1.4e-5 m. Seen: 0.3 %.
+        // 7/5 m Δv R is the couple that explains all of it: 1.4e-8 N m s, a lever of 1.4e-5 m. Seen: 0.3 %.
         let braked = load(1e-4);
         assert!((braked.impulses[0].x / (-1e-5 * mass) - 1.0).abs() < 0.02, "{}", braked.impulses[0]);
         assert!((braked.couples[0].z / 1.4e-8 - 1.0).abs() < 0.02, "{}", braked.couples[0]);

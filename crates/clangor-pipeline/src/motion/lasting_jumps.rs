@@ -1,4 +1,5 @@
-//! What lasting contact does to a recorded body at each frame: its change of motion beyond gravity and impacts.
+//! What lasting contact does to a recorded body at each frame: its change of motion beyond gravity and
+//! impacts.
 //!
 //! ```text
 //! Δv′ₖ = vₖ − vₖ₋₁ − g h − Σ J sₖ / m        ΔL′ₖ = Lₖ − Lₖ₋₁ − Σ (r × J) sₖ
@@ -6,11 +7,12 @@
 //! ```
 //!
 //! With this, the impulses of impacts and of lasting contact sum to the change of momentum beyond gravity.
-//! What an impact leaves in its two frames is shared evenly by them, and by the frames beside them if it still
-//! opposes the impact: the instant is then known to a frame only.
+//! What an impact leaves in its two frames is shared evenly by them, and by the frames beside them if it
+//! still opposes the impact: the instant is then known to a frame only.
 //!
 //! - **Rest.** A body none of whose surface moves farther than 25 µm within 25 ms, which is 1 mm/s, or eight
-//!   deviations of the noise of its positions, rests: it has −g h and no ΔL, and no noise of its poses is left.
+//!   deviations of the noise of its positions, rests: it has −g h and no ΔL, and no noise of its poses is
+//!   left.
 //! - **Noise.** Noise s of Δv is reduced to 1 % of g h where it exceeds that: Δv′ and ΔL′ become means over
 //!   triangles of a half-width of m = √(s / 0.01 g h) frames, as if the poses came every m frames. Then
 //!   forces that change within 2 m frames are not told from noise, and not heard.

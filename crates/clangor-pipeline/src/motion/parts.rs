@@ -132,8 +132,8 @@ impl PartSearch {
 }
 
 impl Lasting {
-    /// Puts the lasting contacts of a part among its rows, in the place of those that held a body up in a jump;
-    /// `later` are rows after the end of the part.
+    /// Puts the lasting contacts of a part among its rows, in the place of those that held a body up in a
+    /// jump; `later` are rows after the end of the part.
     fn log(
         &mut self,
         (world, recorded, noise): (&World, &[RecordedBody], &[f64]),

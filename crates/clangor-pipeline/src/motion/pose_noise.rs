@@ -5,11 +5,11 @@
 //! noise σ of a coordinate:      Δv has √6 σ/h, Δvₖ − Δvₖ₋₁ has √20 σ/h on each axis
 //! ```
 //!
-//! Free flight, and a steady force, leave e to the noise alone, and a force that changes adds to it. The lowest
-//! tenth of all e that are not zero is therefore taken for noise: of normal noise on three axes, it is 0.764
-//! times the deviation of one. Frames that repeat their velocity exactly tell nothing, nor do
-//! fewer than fifty others. A recording without any
-//! steady moment has its fluctuations of force taken for noise, which errs towards silence.
+//! Free flight, and a steady force, leave e to the noise alone, and a force that changes adds to it. The
+//! lowest tenth of all e that are not zero is therefore taken for noise: of normal noise on three axes, it is
+//! 0.764 times the deviation of one. Frames that repeat their velocity exactly tell nothing, nor do fewer
+//! than fifty others. A recording without any steady moment has its fluctuations of force taken for noise,
+//! which errs towards silence.
 
 use glam::DVec3;
 

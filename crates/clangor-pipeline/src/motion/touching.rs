@@ -108,8 +108,8 @@ pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
     spread(near_points(a, b, within))
 }
 
-/// How far the points of two surfaces are from the other, from one pose to the next: a point whose distance is
-/// not yet used up by the motion need not be asked again.
+/// How far the points of two surfaces are from the other, from one pose to the next: a point whose distance
+/// is not yet used up by the motion need not be asked again.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clearance {
     poses: Option<[Pose; 2]>,
@@ -138,10 +138,10 @@ impl Clearance {
     }
 }
 
-/// The same for a contact that lasts: up to four corners of the area that touches, each the mean of the points
-/// within `merged` \[m\] of it by what their gaps lack of `within`. They move with the bodies, without the
-/// leaps of the deepest point, and begin from a direction that is fixed in the first body. Points deeper than
-/// `within` are not seen. `known` is that of the same surfaces in the pose before.
+/// The same for a contact that lasts: up to four corners of the area that touches, each the mean of the
+/// points within `merged` \[m\] of it by what their gaps lack of `within`. They move with the bodies, without
+/// the leaps of the deepest point, and begin from a direction that is fixed in the first body. Points deeper
+/// than `within` are not seen. `known` is that of the same surfaces in the pose before.
 pub(super) fn lasting_touches(
     a: Placed<'_>,
     b: Placed<'_>,
@@ -190,8 +190,8 @@ fn points_within(
     found
 }
 
-/// Distance of a point from a surface \[m\], exact where it is at most `within`, and otherwise at most the true
-/// one.
+/// Distance of a point from a surface \[m\], exact where it is at most `within`, and otherwise at most the
+/// true one.
 fn rough_distance(point: DVec3, other: Placed<'_>, within: f64) -> f64 {
     let local = other.pose.body_from_world(point);
     match &*other.sampled.surface {

@@ -1,7 +1,7 @@
 //! Whether the lasting contacts of a recording are logged, with one row for each point and frame.
 //!
-//! They are where the scene has `rolling = true`, as in a simulation, or where they are asked for. The sound of
-//! force streams has steps of one length, so that all frames must have the same.
+//! They are where the scene has `rolling = true`, as in a simulation, or where they are asked for. The sound
+//! of force streams has steps of one length, so that all frames must have the same.
 
 use clangor_core::body::BodyId;
 

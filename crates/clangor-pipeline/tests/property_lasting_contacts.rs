@@ -161,7 +161,8 @@ fn property_a_sliding_block_is_carried_and_braked_by_its_rows() {
         let share = (front[1] - front[0]) / (front[1] + front[0]);
         println!("  front {share:.4}");
         assert!((share - 0.3 * 0.02 / 0.05).abs() < 0.01, "{share}");
-        // Seen: 0.1250, as points within 2.7 mm of a corner count to it. A steady force has no sound: seen 6e-14.
+        // Seen: 0.1250, as points within 2.7 mm of a corner count to it. A steady force has no sound: seen
+        // 6e-14.
         let steady = run.heard("block", [0.1, 0.25]);
         println!("  steady {steady:?}");
         assert!(steady.iter().all(|heard| *heard < 1e-9), "{steady:?}");
@@ -335,14 +336,18 @@ fn property_parts_of_a_recording_give_the_rows_of_one_piece() {
     assert!(lasting(&whole).len() > 1000);
     assert!(lasting(&whole) == lasting(&parts), "{} rows in parts", lasting(&parts).len());
     // What the floor and the others give to each box from the first step to the last is m (Δv − g Δt).
-    let mut worst = 0.0_f64;
+    let mut errors = Vec::new();
     for body in whole.bodies.iter().filter(|body| body.mass.is_finite()) {
         let own: Vec<_> =
             whole.timeline.poses.iter().filter(|row| row.body == whole.id(&body.name)).collect();
         let (first, last) = (own[0], own[own.len() - 1]);
         let change = last.velocity.y - first.velocity.y + G * (last.time - first.time - whole.step);
         let sum = whole.impulse(&body.name, [0.0, f64::INFINITY]).y;
-        worst = worst.max((sum / (body.mass * change) - 1.0).abs());
+        errors.push((sum / (body.mass * change) - 1.0).abs());
     }
-    println!("worst balance of a box {worst:.3}");
+    errors.sort_by(f64::total_cmp);
+    let [median, worst] = [errors[errors.len() / 2], errors[errors.len() - 1]];
+    println!("balance of the boxes: median {median:.4}, worst {worst:.3}");
+    // Seen: MEDIAN and 0.17, of boxes in a pile that pushes sink into each other.
+    assert!(median < 0.1 && worst < 0.25, "{errors:?}");
 }

@@ -48,7 +48,7 @@ pub struct MotionFiles {
     /// Length of the parts in which a table is searched that is read as a stream \[s\]; by default that of
     /// half a million poses. The result does not depend on it.
     pub part_length: Option<f64>,
-    /// Whether every lasting contact is a row for each frame, as they are where the scene has `rolling = true`.
+    /// Whether every lasting contact is a row for each frame, as where the scene has `rolling = true`.
     pub raw_log: bool,
 }
 

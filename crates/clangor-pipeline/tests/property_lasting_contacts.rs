@@ -352,7 +352,7 @@ fn property_parts_of_a_recording_give_the_rows_of_one_piece() {
     assert!(median < 0.1 && worst < 0.25, "{errors:?}");
 }
 
-/// Bodies inside each other, under the floor, far off, or that shake: rows are finite, or a message tells why.
+/// Bodies inside each other, under the floor, far off, or that shake: rows are finite, or a message says why.
 #[test]
 fn property_impossible_motion_gives_finite_rows_or_a_message() {
     let still = |place: DVec3| move |_: f64| (place, DQuat::IDENTITY);

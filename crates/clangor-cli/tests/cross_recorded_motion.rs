@@ -256,10 +256,13 @@ fn cross_most_energy_of_bowls_and_balls_is_found_at_120_hz() {
 fn cross_most_energy_of_rattling_coins_is_found() {
     let folder = tempfile::tempdir().unwrap();
     exported_and_imported(folder.path(), "coins", "", &["120", "1000"]);
-    // Seen: 0.969, where one impact of a body in a frame has 0.960; 0.9994 and 0.9901.
+    // Seen: 0.972, where one impact of a body in a frame has 0.964; 0.9998 and 0.9959.
     let own = hits(&read(folder.path(), "own.timeline"));
     assert!(shares(folder.path(), "120")[0] > strongest_of_frames(&own, 120.0).min(0.98));
-    assert!(shares(folder.path(), "1000")[1] > 0.96);
+    let fine = score(folder.path(), "1000");
+    assert!(fine.near_energy > 0.96);
+    // The rims that roll are no impacts. Seen: 0.93; 0.74 where every strong push is one.
+    assert!(fine.right > 0.88, "{}", fine.right);
 }
 
 /// The table of docs/guide/animation.md: `cargo test --release -p clangor-cli --test cross_recorded_motion --

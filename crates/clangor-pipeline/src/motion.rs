@@ -10,6 +10,10 @@
 //! | `touching` | where two surfaces touch, with normal and gap |
 //! | `impulse_fit` | impulses at given points that explain given jumps |
 //! | `impacts` | contact rows of a recording, by the modules above |
+//! | `pose_noise` | noise of positions, measured from the frames |
+//! | `lasting_jumps` | what a body does beyond gravity and impacts: rest, and forces without noise |
+//! | `lasting_fit` | impulses of lasting contacts, shared by all points that touch |
+//! | `lasting_contacts` | rows of lasting contact, by the modules above |
 //! | `parts` | impacts of a long recording, found in parts of time that overlap |
 //! | `flights` | the motion of bodies of which only the impulses are listed |
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
@@ -21,6 +25,10 @@ pub mod impacts;
 mod impulse_fit;
 mod jump_windows;
 mod kinematics;
+mod lasting_contacts;
+mod lasting_fit;
+mod lasting_jumps;
 pub(crate) mod parts;
+mod pose_noise;
 pub mod recording;
 mod touching;

@@ -65,6 +65,9 @@ pub(crate) struct RecordedMotion {
     /// Axis that points up in tables of poses and contact lists; glTF always has y
     #[arg(long, value_enum, default_value = "y")]
     pub(crate) up: UpAxis,
+    /// Write a row for each point of lasting contact in each frame, as with `rolling = true` in the scene
+    #[arg(long)]
+    pub(crate) raw_log: bool,
     /// The timeline folder to write
     #[arg(short, long, value_name = "RUN.timeline")]
     pub(crate) output: PathBuf,

@@ -44,7 +44,12 @@ pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Resul
 }
 
 fn of_motion(common: &RecordedMotion) -> MotionFiles {
-    MotionFiles { contacts: common.contacts.clone(), z_up: common.up == UpAxis::Z, ..MotionFiles::default() }
+    MotionFiles {
+        contacts: common.contacts.clone(),
+        z_up: common.up == UpAxis::Z,
+        raw_log: common.raw_log,
+        ..MotionFiles::default()
+    }
 }
 
 fn motion(

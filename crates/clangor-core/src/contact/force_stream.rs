@@ -8,7 +8,7 @@
 //! pair, each of which acts for one step,
 //!
 //! ```text
-//! J'(t) = J(t) − h F̄(t),   F̄(t) = (1/50 ms) Σ J over |t' − t| < 25 ms
+//! J'(t) = J(t) − h F̄(t),   F̄(t) = (1/50 ms) Σ J over −25 ms ≤ t' − t < 25 ms
 //! ```
 //!
 //! in equal parts at all contact points of the step. Steps without contact are skipped. Contacts of bodies
@@ -86,7 +86,7 @@ pub fn force_stream(
         rows.sort_by(|a, b| a.time.total_cmp(&b.time));
         let steps: Vec<&[ContactRow]> = rows.chunk_by(|a, b| a.time == b.time).collect();
         // Impulses of each step without the mean force; 0 for bodies at rest.
-        for (step, mean) in steps.iter().zip(means(&steps)) {
+        for (step, mean) in steps.iter().zip(means(&steps, settings.time_step)) {
             let time = step[0].time;
             let share = mean * settings.time_step / step.len() as f64;
             let ids = [step[0].body_a, step[0].body_b];
@@ -124,17 +124,22 @@ fn slow_impacts(rows: &[ContactRow], v_min: f64) -> Vec<ContactRow> {
     whole_impacts(rows).into_iter().filter(|impact| speed(impact) < v_min).flatten().collect()
 }
 
+/// Share of a step by which the time of the mean is shifted, so that rounding does not decide which of the
+/// steps at its two ends belong to it: a steady load would flicker.
+const CLEAR_OF_STEPS: f64 = 1e-3;
+
 /// F̄ [N] at each step.
-fn means(steps: &[&[ContactRow]]) -> Vec<DVec3> {
+fn means(steps: &[&[ContactRow]], time_step: f64) -> Vec<DVec3> {
+    let clear = CLEAR_OF_STEPS * time_step;
     let impulse = |step: &[ContactRow]| step.iter().map(ContactRow::impulse).sum::<DVec3>();
     let (mut from, mut to) = (0, 0);
     let mut means = Vec::with_capacity(steps.len());
     for step in steps {
         let time = step[0].time;
-        while steps[from][0].time < time - 0.5 * MEAN_TIME {
+        while steps[from][0].time < time - 0.5 * MEAN_TIME - clear {
             from += 1;
         }
-        while to < steps.len() && steps[to][0].time < time + 0.5 * MEAN_TIME {
+        while to < steps.len() && steps[to][0].time < time + 0.5 * MEAN_TIME - clear {
             to += 1;
         }
         // Summed anew for each step: a running sum would keep the rounding of past forces.

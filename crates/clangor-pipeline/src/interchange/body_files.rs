@@ -119,7 +119,7 @@ pub fn import_contacts(
         .map_err(|fault| InterchangeError::Contact { path: list.into(), fault })?;
     let mut notices: Vec<String> = notices.iter().map(ToString::to_string).collect();
     let duration = rows.last().map_or(0.0, |r| r.time).max(loaded.scene.simulation.duration);
-    let header = imported_header(loaded, loaded.world.clone(), "contact list", duration);
+    let header = imported_header(loaded, loaded.world.clone(), "contact list", duration, None);
     let mut writer = TimelineWriter::create(output, &header, replace)?;
     let failed = |source| InterchangeError::Row { path: output.into(), source };
     for row in &rows {

@@ -7,6 +7,7 @@
 //! order are kept in memory.
 
 mod error;
+mod lasting_log;
 mod listed;
 mod pose_rows;
 mod recording;
@@ -26,6 +27,7 @@ use crate::motion::parts::{Part, PartSearch};
 use crate::motion::recording::RecordedBody;
 use crate::stages::load::LoadedScene;
 pub use error::MotionImportError;
+use lasting_log::{lasting_log, noise_of_bodies};
 use listed::read_contacts;
 use pose_rows::pose_rows;
 use recording::{Recording, read_recording};
@@ -46,6 +48,8 @@ pub struct MotionFiles {
     /// Length of the parts in which a table is searched that is read as a stream \[s\]; by default that of
     /// half a million poses. The result does not depend on it.
     pub part_length: Option<f64>,
+    /// Whether every lasting contact is a row for each frame, as where the scene has `rolling = true`.
+    pub raw_log: bool,
 }
 
 /// What was imported.
@@ -109,7 +113,7 @@ pub fn import_motion(
     {
         let survey = survey(loaded, table, files.z_up)?;
         if let Some(plan) = survey.plan(table, &loaded.world, files.part_length)? {
-            return import_stream(loaded, table, files.z_up, (survey, plan), (output, replace));
+            return import_stream(loaded, table, files, (survey, plan), (output, replace));
         }
     }
     import_in_memory(loaded, files, output, replace)
@@ -133,10 +137,14 @@ fn import_in_memory(
         );
     }
     remarks.extend(unrecorded(&world, &recorded));
-    let mut found = None;
+    let (mut found, mut step) = (None, None);
     let (contacts, states) = if files.contacts.is_empty() {
         let part = Part { from: 0.0, to: f64::INFINITY, overlap: 0.0 };
-        let rows = PartSearch::default().search(&world, &recorded, loaded.scene.simulation.v_min, part);
+        let log = lasting_log(loaded, files, &checks);
+        remarks.extend(log.remark.map(String::from));
+        step = log.step;
+        let mut search = PartSearch::new(noise_of_bodies(&checks, world.bodies.len()), step.is_some());
+        let rows = search.search(&world, &recorded, loaded.scene.simulation.v_min, part);
         let mut summary = FoundImpacts::default();
         summary.extend(&rows);
         remarks.extend(summary.remark(&world));
@@ -149,7 +157,7 @@ fn import_in_memory(
     let frames = recorded.iter().filter_map(|body| Some(body.frames.last()?.time));
     let keys = world.bodies[loaded.world.bodies.len()..].iter().filter_map(last_of);
     let duration = frames.chain(keys).chain(contacts.iter().map(|row| row.time)).fold(0.0, f64::max);
-    let header = imported_header(loaded, world, "recorded motion", duration);
+    let header = imported_header(loaded, world, "recorded motion", duration, step);
     let mut writer = TimelineWriter::create(output, &header, replace)?;
     let failed = |source| MotionImportError::Row { path: output.into(), source };
     for row in &contacts {

@@ -7,6 +7,7 @@
 use clangor_core::body::BodyId;
 use glam::DVec3;
 
+use super::pose_noise::PoseNoise;
 use super::recording::{Frame, MAX_TIME, RecordingError, RecordingNotice};
 
 /// How far the length of a quaternion may be from 1; it is made 1.
@@ -17,6 +18,8 @@ const JUMP_RATIO: f64 = 10.0;
 const JUMP_SPEED: f64 = 5.0;
 /// Ratio of the longest to the shortest distance of frames from which a notice is given.
 const UNEVEN: f64 = 1.5;
+/// The same ratio up to which the frames have one length.
+const EVEN: f64 = 1.01;
 /// Angle within a frame from which a notice is given \[rad\]: well below π, where the sense of rotation is
 /// lost.
 const FAST_TURN: f64 = 2.0;
@@ -43,6 +46,7 @@ pub(crate) struct FrameChecks {
     /// Largest angle within a frame \[rad\] and its row.
     fastest: (f64, u64),
     falls: Falls,
+    noise: PoseNoise,
 }
 
 /// Frames with an acceleration, and those of them along −z and along gravity.
@@ -66,6 +70,7 @@ impl FrameChecks {
             longest: 0.0,
             fastest: (0.0, 0),
             falls: Falls::default(),
+            noise: PoseNoise::new(),
         }
     }
 
@@ -79,6 +84,11 @@ impl FrameChecks {
         self.longest
     }
 
+    /// Noise of the jumps of velocity on one axis [m/s].
+    pub(crate) fn noise(&self) -> f64 {
+        self.noise.of_jumps()
+    }
+
     /// Checks the next frame of the body called `name` and makes its rotation unit.
     ///
     /// # Errors
@@ -89,6 +99,7 @@ impl FrameChecks {
             self.check_speed(name, &last, frame)?;
             let span = frame.time - last.time;
             (self.shortest, self.longest) = (self.shortest.min(span), self.longest.max(span));
+            self.noise.push((frame.pose.position - last.pose.position) / span, span, self.gravity);
             // The cosine of half the angle is cheap, the angle is not.
             if last.pose.orientation.dot(frame.pose.orientation).abs() < FAST_TURN_COSINE {
                 let angle = last.pose.rotation_to(&frame.pose).length();
@@ -205,6 +216,13 @@ pub(crate) fn notices(
     found.extend(falls_along_z(gltf).then_some(RecordingNotice::ZUpInGltf));
     found.extend(falls_along_z(tables).then_some(RecordingNotice::ZUp));
     found
+}
+
+/// The length of the frames of all bodies \[s\], if it is one; `None` as well without frames.
+pub(crate) fn common_length(checks: &[(BodyId, FrameChecks)]) -> Option<f64> {
+    let shortest = checks.iter().map(|(_, body)| body.shortest).fold(f64::INFINITY, f64::min);
+    let longest = checks.iter().map(|(_, body)| body.longest).fold(0.0, f64::max);
+    (shortest.is_finite() && longest <= EVEN * shortest).then_some(0.5 * (shortest + longest))
 }
 
 /// Whether bodies accelerate by g along −z in a good share of the frames, and hardly ever along gravity.

@@ -55,13 +55,27 @@ pub struct MotionImpacts {
 /// Finds the impacts of recorded bodies of a world, which are [`Motion::Free`] there; `v_min` is the approach
 /// speed below which an impact is lasting contact [m/s].
 pub fn find_impacts(world: &World, recorded: &[RecordedBody], v_min: f64) -> MotionImpacts {
+    find_impacts_in_noise(world, recorded, v_min, &[])
+}
+
+/// The same where the deviation of Δv on one axis of each body is noise [m/s]; none beyond the end of
+/// `noise`.
+pub(super) fn find_impacts_in_noise(
+    world: &World,
+    recorded: &[RecordedBody],
+    v_min: f64,
+    noise: &[f64],
+) -> MotionImpacts {
     let mut scene = Scene::new(world, recorded);
     let mut windows: Vec<JumpWindow> = scene
         .kinematics
         .iter()
         .enumerate()
         .filter_map(|(index, kinematics)| Some((BodyId(index as u32), kinematics.as_ref()?)))
-        .flat_map(|(body, kinematics)| jump_windows(body, kinematics, v_min))
+        .flat_map(|(body, kinematics)| {
+            let noise = noise.get(body.index()).copied().unwrap_or(0.0);
+            jump_windows(body, kinematics, (v_min, noise))
+        })
         .collect();
     windows.sort_by(|a, b| a.time.total_cmp(&b.time));
     scene.windows_of_bodies(&windows);
@@ -85,10 +99,10 @@ pub fn find_impacts(world: &World, recorded: &[RecordedBody], v_min: f64) -> Mot
 }
 
 /// The bodies with what the search needs.
-struct Scene<'a> {
-    world: &'a World,
-    surfaces: Vec<Arc<SampledSurface>>,
-    kinematics: Vec<Option<Kinematics<'a>>>,
+pub(super) struct Scene<'a> {
+    pub(super) world: &'a World,
+    pub(super) surfaces: Vec<Arc<SampledSurface>>,
+    pub(super) kinematics: Vec<Option<Kinematics<'a>>>,
     /// Places of the windows of each body, in order of time.
     windows: Vec<Vec<usize>>,
 }
@@ -113,7 +127,7 @@ struct Member {
 }
 
 impl<'a> Scene<'a> {
-    fn new(world: &'a World, recorded: &'a [RecordedBody]) -> Self {
+    pub(super) fn new(world: &'a World, recorded: &'a [RecordedBody]) -> Self {
         let mut known: BTreeMap<*const clangor_core::body::Surface, Arc<SampledSurface>> = BTreeMap::new();
         let surfaces = world.bodies.iter().map(|body| {
             let entry = known.entry(Arc::as_ptr(&body.surface));
@@ -227,7 +241,8 @@ impl<'a> Scene<'a> {
         Some((Event { time, members, points, impulses: fit.impulses, residual: fit.residual }, used))
     }
 
-    fn friction(&self, a: BodyId, b: BodyId) -> f64 {
+    /// μ of a pair with what recordings may have above it.
+    pub(super) fn friction(&self, a: BodyId, b: BodyId) -> f64 {
         let material = |id: BodyId| &self.world.bodies[id.index()].material;
         FRICTION_SLACK.0 * PairCoefficients::of(material(a), material(b)).friction + FRICTION_SLACK.1
     }
@@ -319,7 +334,7 @@ impl<'a> Scene<'a> {
 }
 
 /// A body without frames: by its keyframes, or where it stands.
-fn state_of_unrecorded(body: &Body, time: f64) -> State {
+pub(super) fn state_of_unrecorded(body: &Body, time: f64) -> State {
     let still = (body.pose, DVec3::ZERO, DVec3::ZERO);
     let (pose, velocity, angular_velocity) = body.motion.track().map_or(still, |track| track.sample(time));
     State { pose, velocity, angular_velocity }

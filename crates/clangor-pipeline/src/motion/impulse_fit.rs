@@ -123,7 +123,7 @@ fn sweep(
 }
 
 /// Jump of the relative velocity at a contact that is left [m/s].
-fn relative_velocity(left: &[FitBody], contact: &FitContact) -> DVec3 {
+pub(super) fn relative_velocity(left: &[FitBody], contact: &FitContact) -> DVec3 {
     let [a, b] = contact.bodies.map(|place| {
         let body = &left[place];
         let turning = body.angular_velocity.cross(contact.point - body.centre);
@@ -133,7 +133,7 @@ fn relative_velocity(left: &[FitBody], contact: &FitContact) -> DVec3 {
 }
 
 /// K⁻¹ of a contact [kg].
-fn effective_mass(bodies: &[FitBody], contact: &FitContact) -> DMat3 {
+pub(super) fn effective_mass(bodies: &[FitBody], contact: &FitContact) -> DMat3 {
     let inverse = |i: usize| {
         let body = &bodies[contact.bodies[i]];
         let cross = skew(contact.point - body.centre);
@@ -148,7 +148,8 @@ fn skew(v: DVec3) -> DMat3 {
     DMat3::from_cols(DVec3::new(0.0, v.z, -v.y), DVec3::new(-v.z, 0.0, v.x), DVec3::new(v.y, -v.x, 0.0))
 }
 
-fn within_cone(impulse: DVec3, normal: DVec3, friction: f64) -> DVec3 {
+/// The impulse of a contact that is nearest to one that friction or the normal forbid.
+pub(super) fn within_cone(impulse: DVec3, normal: DVec3, friction: f64) -> DVec3 {
     let along = impulse.dot(normal);
     if along <= 0.0 {
         return DVec3::ZERO;
@@ -157,7 +158,7 @@ fn within_cone(impulse: DVec3, normal: DVec3, friction: f64) -> DVec3 {
 }
 
 /// Energy of a jump \[J\]; none for a body that nothing moves.
-fn energy(body: &FitBody) -> f64 {
+pub(super) fn energy(body: &FitBody) -> f64 {
     if body.inverse_mass <= 0.0 {
         return 0.0;
     }

@@ -4,8 +4,10 @@
 //! but the first grow with the length of a frame:
 //!
 //! ```text
-//! s > 0.2 v_min + 0.3 g h + 1.2 min(q, 1.5 g h)        q: lower quartile of the jumps around
+//! s > 0.2 v_min + 0.3 g h + 1.2 min(q, 1.5 g h) + 5 n        q: lower quartile of the jumps around
 //! ```
+//!
+//! where n is the noise of the jump on one axis ([`pose_noise`](super)).
 //!
 //! An impact between two frames shares its jump J between them, Δₖ = (1 − f) J and Δₖ₊₁ = f J, where f is the
 //! part of the frame that had passed: this is the instant in which the flights before and after meet. Jumps
@@ -24,13 +26,18 @@ use super::kinematics::{Jump, Kinematics};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
-/// Frames on both sides that have the same force as a frame of lasting contact, the largest ratio of their
-/// jumps, and the longest time of these frames \[s\].
-const ALIKE: usize = 2;
-const ALIKE_SIZE: f64 = 2.0;
+/// Frames in a row that have the force of lasting contact, the largest ratio of two that follow each other
+/// and the least cosine between them, the least force over the weight, and the longest time of these frames
+/// \[s\].
+const ROW: usize = 5;
+const ALIKE_SIZE: f64 = 3.0;
+const ALIKE_DIRECTION: f64 = 0.8;
+const LEAST_PUSH: f64 = 0.3;
 const LASTING: f64 = 0.01;
 /// Mean speed in the first frame, over that of free fall, from which a body is not supported there.
 const MOVES: f64 = 0.05;
+/// Deviations of the noise on one axis that no jump of noise has: one in 60 000 has more.
+const CLEAR_OF_NOISE: f64 = 5.0;
 /// Cosine between two jumps from which they are one.
 const SAME_DIRECTION: f64 = 0.9;
 /// Unexplained share of the energy of a jump up to which it is shared by two impacts.
@@ -62,10 +69,16 @@ pub(super) struct JumpWindow {
     pub(super) angular_momentum: DVec3,
 }
 
-/// The impacts of a body, in order of time.
-pub(super) fn jump_windows(body: BodyId, kinematics: &Kinematics<'_>, v_min: f64) -> Vec<JumpWindow> {
-    let run = Run { body, kinematics, hits: hits(kinematics, v_min) };
-    let mut windows: Vec<JumpWindow> = run.of_release(v_min).into_iter().collect();
+/// The impacts of a body, in order of time; `v_min` is the threshold of sound, `noise` the deviation of Δv on
+/// one axis that is noise [m/s].
+pub(super) fn jump_windows(
+    body: BodyId,
+    kinematics: &Kinematics<'_>,
+    (v_min, noise): (f64, f64),
+) -> Vec<JumpWindow> {
+    let clear = 0.2 * v_min + CLEAR_OF_NOISE * noise;
+    let run = Run { body, kinematics, hits: hits(kinematics, clear) };
+    let mut windows: Vec<JumpWindow> = run.of_release(clear).into_iter().collect();
     let mut k = 1 + windows.len();
     while k + 1 < kinematics.frames.len() {
         if !run.is_hit(k) {
@@ -96,7 +109,7 @@ impl Run<'_> {
 
     /// The impact in the first frame of a body that is released at rest there: its two shares have one
     /// direction. A support in the frames after it does not hide it, as a supported body does not move.
-    fn of_release(&self, v_min: f64) -> Option<JumpWindow> {
+    fn of_release(&self, clear: f64) -> Option<JumpWindow> {
         let kinematics = self.kinematics;
         let (first, second) = (kinematics.release, *kinematics.jumps.get(1)?);
         let dot = |a: &Jump, b: &Jump| product(kinematics, 0, a, b);
@@ -104,7 +117,7 @@ impl Run<'_> {
         let gravity = kinematics.inertia.gravity.length();
         let starts = kinematics.intervals[0].velocity.length() > MOVES * gravity * first.span;
         let is_hit =
-            self.is_hit(1) || starts && second.size > unsupported_threshold(v_min, gravity * second.span);
+            self.is_hit(1) || starts && second.size > unsupported_threshold(clear, gravity * second.span);
         if !is_hit || dot(&first, &second) <= SAME_DIRECTION * squares.sqrt() {
             return None;
         }
@@ -249,11 +262,11 @@ fn sum(a: &Jump, b: &Jump) -> Jump {
 
 /// Which frames count. What a jump has over the first two terms exceeds 1.2 q where more than a quarter of
 /// the jumps around are smaller than a 1.2th of it, which needs no sorting.
-fn hits(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<bool> {
+fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
     let (jumps, g) = (&kinematics.jumps, kinematics.inertia.gravity.length());
     let is_hit = |k: usize| {
         let fall = g * jumps[k].span;
-        let excess = (jumps[k].size - unsupported_threshold(v_min, fall)) / 1.2;
+        let excess = (jumps[k].size - unsupported_threshold(clear, fall)) / 1.2;
         if excess <= 0.0 || excess > 1.5 * fall {
             return excess > 0.0;
         }
@@ -262,29 +275,31 @@ fn hits(kinematics: &Kinematics<'_>, v_min: f64) -> Vec<bool> {
         let around = jumps.get(low..high).unwrap_or_default();
         around.is_empty() || around.iter().filter(|jump| jump.size < excess).count() > around.len() / 4
     };
-    (0..jumps.len()).map(|k| is_hit(k) && !is_lasting(jumps, k)).collect()
+    (0..jumps.len()).map(|k| is_hit(k) && !is_lasting(jumps, k, g)).collect()
 }
 
-/// Whether a jump is one of five in a row that are alike, within 10 ms: a force that lasts, as under a body
-/// that rolls or spins. An impact at this rate is over within two frames.
-fn is_lasting(jumps: &[Jump], k: usize) -> bool {
-    let Some(around) = k.checked_sub(ALIKE).and_then(|first| jumps.get(first..=k + ALIKE)) else {
-        return false;
+/// Whether a jump is within a row of five that go over into each other, within 10 ms: a force that lasts, as
+/// under a body that rolls or spins. An impact at this rate is over within two frames, before which and after
+/// which the body flies or has its weight alone.
+fn is_lasting(jumps: &[Jump], k: usize, gravity: f64) -> bool {
+    let goes_over = |pair: &[Jump]| {
+        let (a, b) = (pair[0].velocity, pair[1].velocity);
+        let (one, two) = (a.length(), b.length());
+        one.max(two) < ALIKE_SIZE * one.min(two) && a.dot(b) > ALIKE_DIRECTION * one * two
     };
-    let own = jumps[k];
-    let length: f64 = around.iter().map(|jump| jump.span).sum();
-    let is_alike = |jump: &Jump| {
-        let size = jump.velocity.length();
-        let ratio = size / own.velocity.length();
-        (ALIKE_SIZE.recip()..ALIKE_SIZE).contains(&ratio)
-            && jump.velocity.dot(own.velocity) > SAME_DIRECTION * size * own.velocity.length()
+    let pushes = |jump: &Jump| jump.velocity.length() > LEAST_PUSH * gravity * jump.span;
+    let is_row = |around: &[Jump]| {
+        let length: f64 = around.iter().map(|jump| jump.span).sum();
+        length <= LASTING && around.iter().all(pushes) && around.windows(2).all(goes_over)
     };
-    length <= LASTING && around.iter().all(is_alike)
+    let row = |first: usize| jumps.get(first..first + ROW);
+    (k.saturating_sub(ROW - 2)..k).filter_map(row).any(is_row)
 }
 
-/// Jump from which a frame counts where nothing supports the body [m/s]; `fall` is g h [m/s].
-fn unsupported_threshold(v_min: f64, fall: f64) -> f64 {
-    0.2 * v_min + 0.3 * fall
+/// Jump from which a frame counts where nothing supports the body [m/s]; `clear` is what sound and noise
+/// demand, `fall` is g h [m/s].
+fn unsupported_threshold(clear: f64, fall: f64) -> f64 {
+    clear + 0.3 * fall
 }
 
 /// Product of two jumps [m²/s²]. Velocities have the direction of the impulse; the rotation in a frame with

@@ -17,7 +17,8 @@ use std::collections::BTreeMap;
 use clangor_core::body::{BodyId, World};
 use clangor_core::timeline::{ContactRow, PoseRow};
 
-use super::impacts::{MotionImpacts, find_impacts};
+use super::impacts::{MotionImpacts, find_impacts_in_noise};
+use super::lasting_contacts::lasting_contacts;
 use super::recording::RecordedBody;
 
 /// A stretch of time in which impacts are searched \[s\].
@@ -57,9 +58,28 @@ pub(crate) struct PartSearch {
     impacts: u64,
     /// Joints at which the parts did not agree.
     pub(crate) doubtful_joints: u64,
+    /// Deviation of Δv on one axis of each body that is noise [m/s].
+    noise: Vec<f64>,
+    /// Rows of lasting contact, if they are wanted.
+    lasting: Option<Lasting>,
+}
+
+/// What rows of lasting contact need to go on.
+#[derive(Debug, Default)]
+struct Lasting {
+    /// Rows of the impacts before the part that its first frames may share.
+    recent: Vec<ContactRow>,
+    /// Where the next rows begin \[s\].
+    from: f64,
 }
 
 impl PartSearch {
+    /// A search of impacts, and of lasting contacts too if they are wanted, of bodies with this `noise`: the
+    /// deviation of Δv on one axis [m/s].
+    pub(crate) fn new(noise: Vec<f64>, logs_lasting: bool) -> Self {
+        PartSearch { noise, lasting: logs_lasting.then(Lasting::default), ..PartSearch::default() }
+    }
+
     /// The impacts of a part, up to [`Part::final_to`] and after those of the parts before. Parts follow each
     /// other; `recorded` has the frames of this one with its overlaps.
     pub(crate) fn search(
@@ -69,7 +89,7 @@ impl PartSearch {
         v_min: f64,
         part: Part,
     ) -> MotionImpacts {
-        let found = find_impacts(world, recorded, v_min);
+        let found = find_impacts_in_noise(world, recorded, v_min, &self.noise);
         let mut joint = f64::NEG_INFINITY;
         let mut rows = MotionImpacts::default();
         if let Some(tail) = self.tail.take() {
@@ -83,6 +103,10 @@ impl PartSearch {
         if part.to.is_finite() {
             let [from, to] = Part::compared(part.to, part.overlap);
             self.tail = Some(between(&found, from.max(joint), to));
+        }
+        if let Some(lasting) = &mut self.lasting {
+            let later = between(&found, part.final_to(), f64::INFINITY).contacts;
+            lasting.log((world, recorded, &self.noise), (&mut rows.contacts, later), part);
         }
         rows
     }
@@ -104,6 +128,26 @@ impl PartSearch {
         rows.confidence.extend(numbers.into_iter().filter_map(confidence));
         rows.states.extend_from_slice(&found.states);
         rows.untouched.extend_from_slice(&found.untouched);
+    }
+}
+
+impl Lasting {
+    /// Puts the lasting contacts of a part among its rows, in the place of those that held a body up in a
+    /// jump; `later` are rows after the end of the part.
+    fn log(
+        &mut self,
+        (world, recorded, noise): (&World, &[RecordedBody], &[f64]),
+        (rows, later): (&mut Vec<ContactRow>, Vec<ContactRow>),
+        part: Part,
+    ) {
+        rows.retain(|row| row.impact_id != 0);
+        let impacts = [self.recent.as_slice(), rows, &later].concat();
+        let span = [self.from, part.final_to()];
+        rows.extend(lasting_contacts(world, recorded, noise, &impacts, span));
+        rows.sort_by(|a, b| a.time.total_cmp(&b.time));
+        self.from = part.final_to();
+        let is_recent = |row: &ContactRow| row.impact_id != 0 && row.time >= part.to - part.overlap;
+        self.recent = rows.iter().copied().filter(is_recent).collect();
     }
 }
 

@@ -21,6 +21,10 @@ const MOST_POINTS: usize = 6000;
 /// Points that are kept of a contact.
 const KEPT: usize = 5;
 
+/// Where the first point of a contact that lasts is sought, in the frame of the first body: along no axis of
+/// symmetry.
+const FIRST_CORNER: DVec3 = DVec3::new(0.873, 0.213, 0.439);
+
 /// A surface with the points that are held against others.
 pub(super) struct SampledSurface {
     pub(super) surface: Arc<Surface>,
@@ -101,6 +105,144 @@ pub(super) fn may_touch(a: Placed<'_>, b: Placed<'_>, within: f64) -> bool {
 /// Points of two surfaces with a gap of at most `within` \[m\]: the deepest, and those that are farthest from
 /// the ones before.
 pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
+    spread(near_points(a, b, within))
+}
+
+/// How far the points of two surfaces are from the other, from one pose to the next: a point whose distance
+/// is not yet used up by the motion need not be asked again.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Clearance {
+    poses: Option<[Pose; 2]>,
+    /// Way of each body in the frame of the other, of its fastest point \[m\].
+    travelled: [f64; 2],
+    /// That way plus the distance from the other surface, of each point of the two, when it was asked \[m\].
+    free_to: [Vec<f64>; 2],
+}
+
+impl Clearance {
+    fn move_to(&mut self, a: Placed<'_>, b: Placed<'_>) {
+        let poses = [a.pose, b.pose];
+        if let Some(before) = self.poses.replace(poses) {
+            for (i, sampled) in [(0, a.sampled), (1, b.sampled)] {
+                let relative = |[own, other]: [Pose; 2]| {
+                    let back = other.orientation.inverse();
+                    (back * (own.position - other.position), back * own.orientation)
+                };
+                let order = |poses: [Pose; 2]| [poses[i], poses[1 - i]];
+                let [(x, q), (y, r)] = [relative(order(before)), relative(order(poses))];
+                // Of a rotation, the angle is at most π/2 times twice the distance of the quaternions.
+                let angle = std::f64::consts::PI * (q - r).length().min((q + r).length());
+                self.travelled[i] += x.distance(y) + if angle > 0.0 { angle * sampled.radius } else { 0.0 };
+            }
+        }
+    }
+}
+
+/// The same for a contact that lasts: up to four corners of the area that touches, each the mean of the
+/// points within `merged` \[m\] of it by what their gaps lack of `within`. They move with the bodies, without
+/// the leaps of the deepest point, and begin from a direction that is fixed in the first body. Points deeper
+/// than `within` are not seen. `known` is that of the same surfaces in the pose before.
+pub(super) fn lasting_touches(
+    a: Placed<'_>,
+    b: Placed<'_>,
+    (within, merged): (f64, f64),
+    known: &mut Clearance,
+) -> Vec<Touch> {
+    known.move_to(a, b);
+    if !may_touch(a, b, within) {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    match (&*a.sampled.surface, &*b.sampled.surface) {
+        (Surface::Sphere { .. }, _) | (_, Surface::Sphere { .. }) => found = near_points(a, b, within),
+        _ => {
+            let Clearance { travelled, free_to: [of_a, of_b], .. } = known;
+            found.extend(points_within(a, b, within, (of_a, travelled[0])));
+            let others = points_within(b, a, within, (of_b, travelled[1]));
+            found.extend(others.into_iter().map(Touch::turned));
+        }
+    }
+    corners(found, a.pose, within, merged)
+}
+
+/// Points of `a` within a distance of the surface `b`; `free_to` as in [`Clearance`], after this way.
+fn points_within(
+    a: Placed<'_>,
+    b: Placed<'_>,
+    within: f64,
+    (free_to, travelled): (&mut Vec<f64>, f64),
+) -> Vec<Touch> {
+    free_to.resize(a.sampled.points.len(), f64::NEG_INFINITY);
+    let mut found = Vec::new();
+    for (point, free_to) in a.sampled.points.iter().zip(free_to) {
+        if *free_to - travelled > within {
+            continue;
+        }
+        let place = a.pose.world_from_body(*point);
+        let distance = rough_distance(place, b, within);
+        *free_to = travelled + distance;
+        if distance <= within
+            && let Some((gap, normal)) = distance_and_normal(place, b, within)
+        {
+            found.push(Touch { point: place - normal * (0.5 * gap), normal, gap });
+        }
+    }
+    found
+}
+
+/// Distance of a point from a surface \[m\], exact where it is at most `within`, and otherwise at most the
+/// true one.
+fn rough_distance(point: DVec3, other: Placed<'_>, within: f64) -> f64 {
+    let local = other.pose.body_from_world(point);
+    match &*other.sampled.surface {
+        Surface::HalfSpace | Surface::Plate { .. } => local.y.abs(),
+        Surface::Sphere { radius } => (local.length() - radius).abs(),
+        Surface::Mesh(mesh) => {
+            let outside = local.length() - other.sampled.radius;
+            if outside > within {
+                return outside;
+            }
+            mesh.nearest(local).map_or(0.0, |nearest| nearest.distance)
+        }
+    }
+}
+
+/// The corners of an area of points, from a direction in the frame of a body.
+fn corners(found: Vec<Touch>, pose: Pose, within: f64, merged: f64) -> Vec<Touch> {
+    let along = pose.orientation * FIRST_CORNER;
+    let farthest = |measure: &dyn Fn(&Touch) -> f64| {
+        found.iter().max_by(|a, b| measure(a).total_cmp(&measure(b))).map(|touch| (*touch, measure(touch)))
+    };
+    let Some((first, _)) = farthest(&|touch| touch.point.dot(along)) else { return found };
+    let mut corners = vec![first];
+    // The point opposite, and those on both sides of the line between them.
+    let opposite = farthest(&|touch| touch.point.distance(first.point));
+    if let Some((second, _)) = opposite.filter(|(_, distance)| *distance > merged) {
+        corners.push(second);
+        let aside = first.normal.cross(second.point - first.point).normalize_or_zero();
+        for side in [aside, -aside] {
+            let third = farthest(&|touch| (touch.point - first.point).dot(side));
+            corners.extend(third.filter(|(_, distance)| *distance > merged).map(|(touch, _)| touch));
+        }
+    }
+    let mean = |corner: &Touch| {
+        let near = found.iter().filter(|touch| touch.point.distance(corner.point) <= merged);
+        let (mut sum, mut whole) = (Touch { point: DVec3::ZERO, normal: DVec3::ZERO, gap: 0.0 }, 0.0);
+        for touch in near {
+            let weight = within - touch.gap;
+            sum.point += touch.point * weight;
+            sum.normal += touch.normal * weight;
+            sum.gap += touch.gap * weight;
+            whole += weight;
+        }
+        let normal = sum.normal.try_normalize().filter(|_| whole > 0.0);
+        normal.map_or(*corner, |normal| Touch { point: sum.point / whole, normal, gap: sum.gap / whole })
+    };
+    corners.iter().map(mean).collect()
+}
+
+/// Points of two surfaces with a gap of at most `within` \[m\].
+fn near_points(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
     if !may_touch(a, b, within) {
         return Vec::new();
     }
@@ -116,7 +258,7 @@ pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
         }
     }
     found.retain(|touch| touch.gap <= within);
-    spread(found)
+    found
 }
 
 /// The ball touches the surface in one point.

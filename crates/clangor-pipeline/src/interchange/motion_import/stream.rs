@@ -5,10 +5,11 @@ use std::path::Path;
 use clangor_core::body::{BodyId, World};
 use clangor_core::timeline::TimelineSink;
 
+use super::lasting_log::{lasting_log, noise_of_bodies};
 use super::pose_rows::pose_rows;
 use super::recording::{FramesOfTable, start};
 use super::survey::{KEPT, MOST_STREAMED, StreamPlan, Survey};
-use super::{FoundImpacts, MotionImportError, MotionSummary, name_of, unrecorded};
+use super::{FoundImpacts, MotionFiles, MotionImportError, MotionSummary, name_of, unrecorded};
 use crate::formats::pose_table::{PoseSink, PoseTableError, PositionOf, insert, scan_poses};
 use crate::formats::record_table::MAX_ROWS;
 use crate::formats::timeline_file::TimelineWriter;
@@ -25,13 +26,13 @@ use crate::stages::load::LoadedScene;
 pub(super) fn import_stream(
     loaded: &LoadedScene,
     path: &Path,
-    z_up: bool,
+    files: &MotionFiles,
     (survey, plan): (Survey, StreamPlan),
     (output, replace): (&Path, bool),
 ) -> Result<MotionSummary, MotionImportError> {
     let mut world = loaded.world.clone();
     let Survey { position_of, bodies, latest, .. } = survey;
-    let mut frame_of = FramesOfTable::new(&world, z_up, position_of);
+    let mut frame_of = FramesOfTable::new(&world, files.z_up, position_of);
     let (mut recorded, mut checks) = (Vec::with_capacity(bodies.len()), Vec::with_capacity(bodies.len()));
     let mut place_of = vec![None; world.bodies.len()];
     for body in bodies {
@@ -45,7 +46,10 @@ pub(super) fn import_stream(
     let name = |id: BodyId| name_of(&world, id);
     let mut remarks: Vec<String> = notices(&checks, 0, &name).iter().map(ToString::to_string).collect();
     remarks.extend(unrecorded(&world, &recorded));
-    let header = imported_header(loaded, world.clone(), "recorded motion", latest);
+    let log = lasting_log(loaded, files, &checks);
+    let noise = noise_of_bodies(&checks, world.bodies.len());
+    remarks.extend(log.remark.map(String::from));
+    let header = imported_header(loaded, world.clone(), "recorded motion", latest, log.step);
     let known_to = recorded.iter().map(|body| body.frames.last().map_or(0.0, |frame| frame.time)).collect();
     let mut stream = PoseStream {
         path,
@@ -61,7 +65,7 @@ pub(super) fn import_stream(
         written_to: 0.0,
         joints: 0,
         kept: 0,
-        search: PartSearch::default(),
+        search: PartSearch::new(noise, log.step.is_some()),
         found: FoundImpacts::default(),
         writer: TimelineWriter::create(output, &header, replace)?,
     };

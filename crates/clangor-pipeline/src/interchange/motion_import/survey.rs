@@ -29,6 +29,8 @@ const OVERLAP_FRAMES: f64 = 64.0;
 /// Overlap in longest frames, for impacts between frames that are far apart; of bodies that miss more than
 /// the second value \[s\] no impact is known to a frame.
 const OVERLAP_LONGEST: (f64, f64) = (8.0, 0.1);
+/// Least overlap \[s\]: rest, and forces without noise, take up to 50 ms on both sides of a frame.
+const OVERLAP_LEAST: f64 = 0.25;
 
 /// What a table holds.
 pub(super) struct Survey {
@@ -80,7 +82,7 @@ impl Survey {
         let frame = self.bodies.len() as f64 / rate;
         let gap = self.bodies.iter().map(|body| body.checks.longest()).fold(0.0, f64::max);
         let (times, longest) = OVERLAP_LONGEST;
-        let overlap = (OVERLAP_FRAMES * frame).max(times * gap.min(longest));
+        let overlap = (OVERLAP_FRAMES * frame).max(times * gap.min(longest)).max(OVERLAP_LEAST);
         let length = part_length.unwrap_or(PART_POSES / rate).max(2.0 * overlap);
         let lookahead = gap + self.late + LATE;
         if (length + 2.0 * overlap + lookahead).min(self.latest) * rate <= MAX_ROWS as f64 {

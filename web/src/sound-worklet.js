@@ -39,7 +39,8 @@ class SoundProcessor extends AudioWorkletProcessor {
     this.batch = new Float64Array(EVENTS_PER_BLOCK * EVENT_STRIDE);
     /** @type {MessagePort | null} */
     this.worldPort = null;
-    this.originFrame = 0;
+    /** Frames rendered since the start of the scene: the clock of the synthesis. */
+    this.rendered = 0;
     /** @type {number[] | null} */
     this.ears = null;
     this.reflections = true;
@@ -66,7 +67,7 @@ class SoundProcessor extends AudioWorkletProcessor {
           this.replay.stop();
           // The text comes as bytes: there is no TextEncoder here.
           this.synth.check(exports.synth_start(sampleRate, 128, this.synth.writeBytes(message.bytes)));
-          this.originFrame = currentFrame;
+          this.rendered = 0;
           // The start sets the receivers and reflections of the scene.
           if (this.ears) exports.synth_listener(...this.ears);
           exports.synth_reflections(this.reflections ? 1 : 0);
@@ -209,6 +210,7 @@ class SoundProcessor extends AudioWorkletProcessor {
     this.meter(pointer + 2 * frames, frames);
     if (this.firstSound === -1) this.lookForSound(left, right);
 
+    this.rendered += frames;
     this.blocks += 1;
     if (this.blocks % BLOCKS_PER_TICK === 0) this.worldPort?.postMessage({ time: end });
     // Date.now counts whole milliseconds; the sum over many blocks is correct on average.
@@ -220,7 +222,8 @@ class SoundProcessor extends AudioWorkletProcessor {
   /** @param {number} count events in the batch, on the clock of the context */
   give(count) {
     if (count === 0) return;
-    const origin = this.originFrame / sampleRate;
+    // The synthesis does not advance while the context does without it, as before the first block.
+    const origin = (currentFrame - this.rendered) / sampleRate;
     const events = this.batch.subarray(0, count * EVENT_STRIDE);
     for (let at = EVENT.time; at < events.length; at += EVENT_STRIDE) {
       // Events before the start, such as the pose of an object, get time 0.

@@ -403,6 +403,14 @@ fn property_tables_that_claim_too_much_are_refused_before_they_are_read() {
 }
 
 #[test]
+fn regression_a_place_that_no_timeline_has_is_refused_with_its_row() {
+    let poses = format!("{HEAD}0,ball,0,1000000,0\n0.1,ball,0,1000000,0\n");
+    let folder = folder(SCENE, &[("a.csv", &poses)]);
+    let message = import(folder.path(), &["a.csv"], &[], false).unwrap_err();
+    assert!(message.contains("row 2: a coordinate is 1000000; a number in m from -100000"), "{message}");
+}
+
+#[test]
 fn property_a_kinematic_node_yields_to_no_impact() {
     // A ball falls onto a stone that comes towards it.
     let folder = folder(SCENE, &[("a.csv", &falling(240.0, 1))]);

@@ -5,6 +5,7 @@
 //! series of fast frames is a fast body. What is allowed but doubtful is counted and becomes notices.
 
 use clangor_core::body::BodyId;
+use clangor_core::quantity::COORDINATE;
 use glam::DVec3;
 
 use super::pose_noise::PoseNoise;
@@ -128,6 +129,10 @@ impl FrameChecks {
         }
         if !(0.0..=MAX_TIME).contains(&time) {
             return Err(RecordingError::Time { body: body(), row, time });
+        }
+        let place = pose.position.to_array();
+        if let Some(value) = place.into_iter().find(|value| !COORDINATE.admits(*value)) {
+            return Err(RecordingError::Far { body: body(), row, value });
         }
         let length = pose.orientation.length();
         if (length - 1.0).abs() > UNIT_TOLERANCE {

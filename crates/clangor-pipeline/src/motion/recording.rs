@@ -2,6 +2,7 @@
 
 use clangor_core::body::BodyId;
 use clangor_core::pose::Pose;
+use clangor_core::quantity::{COORDINATE, readable};
 
 /// Latest frame, as the longest duration of a scene \[s\].
 pub const MAX_TIME: f64 = 3600.0;
@@ -38,6 +39,20 @@ pub enum RecordingError {
         row: u64,
         /// Time, position or orientation.
         what: &'static str,
+    },
+    /// A place that no timeline has.
+    #[error(
+        "body {body}, row {row}: a coordinate is {}; {} is expected",
+        readable(*value),
+        COORDINATE.expected()
+    )]
+    Far {
+        /// The body.
+        body: String,
+        /// The row.
+        row: u64,
+        /// The coordinate \[m\].
+        value: f64,
     },
     /// A time that no timeline has.
     #[error("body {body}, row {row}: t = {time} s; times run from 0 to {MAX_TIME} s")]

@@ -25,7 +25,7 @@ use std::f64::consts::TAU;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 
-use crate::acceleration::sampling::{CAVITY_DENSITY, LONGEST, SOLID_SPACING};
+use crate::acceleration::sampling::{LONGEST, SOLID_SPACING, density};
 use crate::acceleration::{BakeOptions, MOST_VERTICES, Method, has_cavities, has_narrow_mouth};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
@@ -114,7 +114,7 @@ pub fn field_cost(geometry: &BakeGeometry, options: &BakeOptions) -> FieldCost {
 /// Triangles, or where they do not fit the time domain, or a narrower band.
 fn of_surface(geometry: &BakeGeometry, options: &BakeOptions, kappa: f64) -> FieldCost {
     let cavities = mesh_has_cavities(geometry);
-    let spacing = if cavities { CAVITY_DENSITY } else { SOLID_SPACING };
+    let spacing = density(cavities);
     let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
     let system = (unknowns / parts) as usize;
     let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);

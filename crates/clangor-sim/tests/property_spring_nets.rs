@@ -227,6 +227,7 @@ fn braked_nets_balance_momentum() {
         most = most.max(rigid.kinetic_energy() / energy);
     }
     println!("imbalance {worst:?}, drift of the momentum {drift:.1e}, energy {most}");
+    // Seen: 1.9e-16 and 1.1e-18; 1.6e-11; 0.37.
     assert!(worst[0] < 1e-9 && worst[1] < 1e-9, "{worst:?}");
     assert!(drift < 1e-9, "{drift:e}");
     assert!(most <= 1.001, "{most}");

@@ -20,7 +20,7 @@ use clangor_core::shape::{Form, Shape};
 use glam::DVec3;
 
 use super::cavities::{has_cavities, has_narrow_mouth};
-use super::sampling::{CAVITY_DENSITY, CAVITY_SPACING, LONGEST, SOLID_SPACING};
+use super::sampling::{CAVITY_SPACING, LONGEST, SOLID_SPACING, density};
 use super::{BakeError, BakeOptions, MOST_ORDER, Method, multipole_order};
 use crate::bem::axisymmetric::{self, AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::{self, SymmetricPatchSolver};
@@ -242,7 +242,7 @@ impl<'a> Body<'a> {
     fn candidate(&mut self, kind: Kind, k: f64) -> Result<Option<(Candidate, Need)>, BakeError> {
         let radius = self.geometry.bounding_radius();
         let kappa = k * radius;
-        let density = if self.cavities()? { CAVITY_DENSITY } else { SOLID_SPACING };
+        let density = density(self.cavities()?);
         if kind == Kind::Exact {
             return Ok(exact(&self.choice, self.options.accuracy, k, kappa));
         }

@@ -7,8 +7,13 @@ pub(crate) const SOLID_SPACING: f64 = 0.8;
 /// The same for bodies with cavities.
 pub(super) const CAVITY_SPACING: f64 = 0.45;
 /// Spacing in κ of all solves of a body with cavities.
-pub(crate) const CAVITY_DENSITY: f64 = 0.35;
+const CAVITY_DENSITY: f64 = 0.35;
 /// Spacing in κ of all solves of a vessel with a narrow mouth.
 pub(crate) const VESSEL_DENSITY: f64 = 0.15;
+/// Spacing in κ of all solves of a body with or without cavities.
+pub(crate) fn density(has_cavities: bool) -> f64 {
+    if has_cavities { CAVITY_DENSITY } else { SOLID_SPACING }
+}
+
 /// Longest time simulated after the pulse, in R/c, without and with cavities.
 pub(crate) const LONGEST: [f64; 2] = [12.0, 30.0];

@@ -12,7 +12,7 @@ use super::cavities::has_narrow_mouth;
 use super::draft::prepare_draft;
 use super::plan::{Candidate, FieldPlan, fine, large_cells, longest, mirrors};
 use super::prepared::Prepared;
-use super::sampling::{CAVITY_DENSITY, CAVITY_SPACING, SOLID_SPACING};
+use super::sampling::{CAVITY_SPACING, SOLID_SPACING, density};
 use super::{BakeError, BakeOptions, BakeProgress, LEAST_SOLVES, multipole_order};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
@@ -161,7 +161,7 @@ fn triangles(
     // The mesh may have more vertices than were planned.
     let unknowns = solver.unknowns();
     let kappa = options.max_wavenumber * geometry.bounding_radius();
-    let density = if spacing == CAVITY_SPACING { CAVITY_DENSITY } else { SOLID_SPACING };
+    let density = density(spacing == CAVITY_SPACING);
     let seconds = operations::triangles(unknowns, solver.systems(), kappa, density) / PER_SECOND;
     if seconds > options.patience {
         return Err(BakeError::TooLong { seconds, patience: options.patience });

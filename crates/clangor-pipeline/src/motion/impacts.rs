@@ -17,7 +17,7 @@ use clangor_core::body::{Body, BodyId, Motion, World};
 use clangor_core::material::PairCoefficients;
 use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactRow, PoseRow};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::impulse_fit::{FitBody, FitContact, fit_impulses};
 use super::jump_windows::{JumpWindow, jump_windows};
@@ -270,15 +270,9 @@ impl<'a> Scene<'a> {
         if !described.life.holds(time) {
             return None;
         }
-        let mut fit = FitBody {
-            inverse_mass: 0.0,
-            inverse_inertia: DMat3::ZERO,
-            centre: DVec3::ZERO,
-            velocity: DVec3::ZERO,
-            angular_velocity: DVec3::ZERO,
-        };
         let Some(kinematics) = &self.kinematics[body.index()] else {
             let state = state_of_unrecorded(described, time);
+            let fit = FitBody::IMMOVABLE;
             return Some(Member { body, state, window: None, fit, is_supported: true });
         };
         let mut is_supported = false;
@@ -290,15 +284,11 @@ impl<'a> Scene<'a> {
             }
             None => kinematics.at(time)?,
         };
-        fit.inverse_mass = kinematics.inertia.mass.recip();
-        fit.inverse_inertia = kinematics.inertia.inverse_at(state.pose.orientation);
-        fit.centre = state.pose.position;
-        let (velocity, angular_momentum) = match window {
+        let jumps = match window {
             Some(window) => (window.velocity, window.angular_momentum),
             None => small_jumps(kinematics, time),
         };
-        fit.velocity = velocity;
-        fit.angular_velocity = fit.inverse_inertia * angular_momentum;
+        let fit = FitBody::moved(&kinematics.inertia, state.pose, jumps);
         Some(Member { body, state, window, fit, is_supported })
     }
 

@@ -11,7 +11,10 @@
 //! of the surfaces lie near it. As the energy is convex, that is within the same share of the best fit.
 //! Bodies that nothing moves take impulses and explain nothing.
 
+use clangor_core::pose::Pose;
 use glam::{DMat3, DVec3};
+
+use super::kinematics::Inertia;
 
 /// Most sweeps over all points.
 const SWEEPS: usize = 300;
@@ -34,6 +37,29 @@ pub(super) struct FitBody {
     pub(super) velocity: DVec3,
     /// Δω [rad/s].
     pub(super) angular_velocity: DVec3,
+}
+
+impl FitBody {
+    /// What nothing moves.
+    pub(super) const IMMOVABLE: Self = FitBody {
+        inverse_mass: 0.0,
+        inverse_inertia: DMat3::ZERO,
+        centre: DVec3::ZERO,
+        velocity: DVec3::ZERO,
+        angular_velocity: DVec3::ZERO,
+    };
+
+    /// A body in a pose with its jumps of velocity [m/s] and of angular momentum [kg m²/s].
+    pub(super) fn moved(inertia: &Inertia, pose: Pose, (velocity, angular_momentum): (DVec3, DVec3)) -> Self {
+        let inverse_inertia = inertia.inverse_at(pose.orientation);
+        FitBody {
+            inverse_mass: inertia.mass.recip(),
+            inverse_inertia,
+            centre: pose.position,
+            velocity,
+            angular_velocity: inverse_inertia * angular_momentum,
+        }
+    }
 }
 
 /// A point where two bodies, by their places in the list, may push each other.

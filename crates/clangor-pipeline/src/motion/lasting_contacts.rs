@@ -23,7 +23,7 @@ use clangor_core::body::{BodyId, World};
 use clangor_core::material::PairCoefficients;
 use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactKind, ContactRow};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::impacts::{Scene, state_of_unrecorded};
 use super::impulse_fit::{FitBody, FitContact};
@@ -263,25 +263,15 @@ impl Search<'_> {
         if !described.life.holds(time) {
             return None;
         }
-        let mut fit = FitBody {
-            inverse_mass: 0.0,
-            inverse_inertia: DMat3::ZERO,
-            centre: DVec3::ZERO,
-            velocity: DVec3::ZERO,
-            angular_velocity: DVec3::ZERO,
-        };
+        let held = |state| Member { body, state, fit: FitBody::IMMOVABLE, deviation: 0.0 };
         let Some(kinematics) = &self.scene.kinematics[body] else {
-            return Some(Member { body, state: state_of_unrecorded(described, time), fit, deviation: 0.0 });
+            return Some(held(state_of_unrecorded(described, time)));
         };
         let Some((jump, frame)) = self.jump(body).zip(self.frame_of[body]) else {
-            return Some(Member { body, state: kinematics.at(time)?, fit, deviation: 0.0 });
+            return Some(held(kinematics.at(time)?));
         };
         let (pose, before) = (kinematics.frames[frame].pose, kinematics.intervals[frame - 1]);
-        fit.inverse_mass = kinematics.inertia.mass.recip();
-        fit.inverse_inertia = kinematics.inertia.inverse_at(pose.orientation);
-        fit.centre = pose.position;
-        fit.velocity = jump.velocity;
-        fit.angular_velocity = fit.inverse_inertia * jump.angular_momentum;
+        let fit = FitBody::moved(&kinematics.inertia, pose, (jump.velocity, jump.angular_momentum));
         let (velocity, angular_velocity) = (before.velocity, before.angular_velocity);
         let deviation = self.noise_of(body) * jump.span / 6.0_f64.sqrt();
         Some(Member { body, state: State { pose, velocity, angular_velocity }, fit, deviation })

@@ -263,6 +263,9 @@ pub struct Body {
     pub supports: Vec<Support>,
 }
 
+/// Largest relative difference of mass properties that is due to the facets of a mesh.
+const OF_FACETS: f64 = 0.02;
+
 /// Default edge radius as a fraction of the bounding radius.
 pub const EDGE_RADIUS_RATIO: f64 = 0.02;
 
@@ -307,6 +310,35 @@ impl Body {
         let mass = material.density * unit_density.volume;
         let inertia = unit_density.inertia * material.density;
         Body::new(name, material, surface, mass, inertia)
+    }
+
+    /// Mass properties at unit density of the homogeneous solid within its surface, in the frame of the body.
+    ///
+    /// What vibrates and what radiates depends on them; the motion depends on [`mass`](Self::mass) and
+    /// [`inertia`](Self::inertia).
+    pub fn homogeneous(&self) -> MassProperties {
+        self.form_of_uneven().unwrap_or_else(|| self.at_unit_density())
+    }
+
+    /// The same if the body is not that solid, because its mass, centre of mass or inertia were given.
+    pub fn form_of_uneven(&self) -> Option<MassProperties> {
+        let own = self.at_unit_density();
+        let form = match &*self.surface {
+            Surface::Sphere { radius } => MassProperties::of_sphere(*radius),
+            Surface::HalfSpace | Surface::Plate { .. } => return None,
+            Surface::Mesh(surface) => MassProperties::of(&surface.mesh).ok()?,
+        };
+        let size = form.inertia.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        let is_same = (own.volume - form.volume).abs() <= OF_FACETS * form.volume
+            && own.inertia.abs_diff_eq(form.inertia, OF_FACETS * size)
+            && form.centre_of_mass.length() <= OF_FACETS * self.surface.bounding_radius();
+        (!is_same).then_some(form)
+    }
+
+    fn at_unit_density(&self) -> MassProperties {
+        let density = self.material.density;
+        let volume = self.mass / density;
+        MassProperties { volume, centre_of_mass: DVec3::ZERO, inertia: self.inertia * density.recip() }
     }
 
     /// A free, solid sphere of a `radius` \[m\], at rest at the origin.

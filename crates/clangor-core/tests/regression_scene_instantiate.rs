@@ -72,7 +72,8 @@ fn scale_multiplies_lengths() {
         [("sphere:2", 4.0 / 3.0 * PI * 8.0), ("box:1x2x3", 6.0), ("rock:5x2", 4.0 / 3.0 * PI * 8.0)]
     {
         let at = |scale: f64| {
-            let reference = GeometryReference { geometry: Geometry::Shape(shape.into()), scale };
+            let reference =
+                GeometryReference { geometry: Geometry::Shape(shape.into()), scale, centre_of_mass: None };
             load_shape(&reference).unwrap()
         };
         let (full, small) = (at(1.0), at(0.01));
@@ -358,7 +359,7 @@ fn a_listener_that_is_added_later_is_checked_too() {
 fn sizes_are_judged() {
     let giant = |reference: &GeometryReference| -> Result<LoadedGeometry, GeometryError> {
         let shape =
-            GeometryReference { geometry: Geometry::Shape("box:80x90x100".into()), scale: reference.scale };
+            GeometryReference { geometry: Geometry::Shape("box:80x90x100".into()), ..reference.clone() };
         let mut loaded = load_shape(&shape)?;
         loaded.warnings.push("the mesh has no normals".into());
         Ok(loaded)

@@ -21,10 +21,16 @@ use super::exact_forms::{revolution_form, symmetric_form};
 
 /// Grid to which the components of an axis are rounded: mass properties have noise below it.
 const AXIS_GRID: f64 = 1e-7;
+/// Distance of the centre of mass from the origin, over the bounding radius, that facets do not explain.
+const OFF_CENTRE: f64 = 2e-3;
 
 impl BakeGeometry {
-    /// The class of a mesh about its centre of mass.
+    /// The class of a mesh about its centre of mass. A mesh about another point is none of the classes: the
+    /// solvers of their forms turn them about their own centre.
     pub fn of_mesh(mesh: &TriMesh) -> Self {
+        if is_off_centre(mesh) {
+            return BakeGeometry::Mesh(mesh.clone());
+        }
         let fitted =
             |mesh: &TriMesh| fitted_meridian(mesh).map(|fit| BakeGeometry::axisymmetric(fit.meridian));
         symmetric_form(mesh)
@@ -36,13 +42,21 @@ impl BakeGeometry {
     }
 
     /// The exact form that a mesh about its centre of mass samples; `None` for meshes whose section would
-    /// have
-    /// to be fitted, and for all others.
+    /// have to be fitted, and for all others.
     pub fn exact_form(mesh: &TriMesh) -> Option<Self> {
+        if is_off_centre(mesh) {
+            return None;
+        }
         symmetric_form(mesh)
             .or_else(|| revolution_form(mesh))
             .or_else(|| about_other_axes(mesh, &revolution_form))
     }
+}
+
+/// Whether the origin is not the centre of mass of the homogeneous solid, but for facets.
+fn is_off_centre(mesh: &TriMesh) -> bool {
+    let away = MassProperties::of(mesh).map_or(0.0, |mass| mass.centre_of_mass.length());
+    away > OFF_CENTRE * mesh.bounding_radius(DVec3::ZERO)
 }
 
 /// What `find` finds about y, in copies of the mesh whose possible axis of revolution has been turned there.

@@ -30,7 +30,7 @@ pub(super) fn modes_of_files(
         let Some(GltfBody { geometry, material, modal: Some(modes), .. }) = file else {
             return Err(Failure::new(format_args!("{word} has no modes by {EXTENSION}")));
         };
-        let volume = first.mass / first.material.density;
+        let volume = first.homogeneous().volume;
         let of_file = geometry.mass.volume;
         if (volume / of_file - 1.0).abs() > SAME_VOLUME {
             console.warn(format_args!(

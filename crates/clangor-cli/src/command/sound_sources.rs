@@ -73,7 +73,7 @@ pub(super) fn give_models(
         for (index, body) in bodies.iter().enumerate().filter(|(_, body)| is_copy(body, name)) {
             found = true;
             let id = BodyId(index as u32);
-            let volume = body.mass / body.material.density;
+            let volume = body.homogeneous().volume;
             if (volume / volume_of_solid - 1.0).abs() > SAME_VOLUME {
                 console.warn(format_args!(
                     "\"{}\" has {volume:.3e} m³, and {} is the model of {volume_of_solid:.3e} m³",

@@ -16,7 +16,7 @@ use crate::geometry::vertex_curvature::{self, principal_curvatures};
 /// A closed triangle surface with the data for contact and collision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshSurface {
-    /// The surface, centre of mass at the origin.
+    /// The surface; the origin is the centre of mass of the body.
     pub mesh: TriMesh,
     /// Mean curvature H = (κ₁+κ₂)/2 at each vertex [1/m], positive where convex: a sphere has 1/R.
     pub mean_curvature: Vec<f64>,
@@ -69,6 +69,14 @@ impl MeshSurface {
     #[must_use]
     pub fn with_curvature(self, curvature: Vec<Curvature>) -> Self {
         MeshSurface { curvature, ..self }
+    }
+
+    /// The same surface with its origin at `origin` \[m\], a point in its present frame.
+    pub fn relative_to(&self, origin: DVec3) -> Self {
+        let mesh = self.mesh.relative_to(origin);
+        let tree = SurfaceTree::new(&mesh);
+        let parts = self.parts.iter().map(|part| part.relative_to(origin)).collect();
+        MeshSurface { mesh, parts, tree, ..self.clone() }
     }
 
     /// The same surface with all lengths multiplied by `factor`.

@@ -1,11 +1,11 @@
 //! Bodies, planes and links of a scene, before any mesh is read.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::breaking::Breaking;
 use super::diagnostic::Place;
 use super::support_description::SupportDescription;
-use crate::body::Motion;
+use crate::body::{Body, Motion};
 use crate::material::Material;
 use crate::pose::Pose;
 use crate::sound_model::rule::AccelerationRule;
@@ -23,6 +23,8 @@ pub struct BodyDescription {
     pub scale: [f64; 2],
     /// Material.
     pub material: Material,
+    /// Mass, centre of mass and inertia where they are not those of the homogeneous solid.
+    pub given_mass: GivenMass,
     /// Pose at t = 0; for copies, the orientation only. `placed_by` names the point of the body at
     /// `position`.
     pub pose: Pose,
@@ -56,6 +58,31 @@ pub struct BodyDescription {
     pub geometry_place: Place,
 }
 
+/// Mass properties that a body is given. What is missing is that of the homogeneous solid of its surface and
+/// material; its inertia grows with a given mass.
+///
+/// The motion and the forces of impacts follow from them. The vibration is that of the homogeneous solid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GivenMass {
+    /// \[kg\]
+    pub mass: Option<f64>,
+    /// Centre of mass \[m\], scaled, in the frame of the shape or file.
+    pub centre_of_mass: Option<DVec3>,
+    /// Inertia about the centre of mass \[kg m²\], in the axes of the shape or file.
+    pub inertia: Option<DMat3>,
+}
+
+impl GivenMass {
+    /// Gives a body about its centre of mass this mass and inertia.
+    pub fn apply_to(&self, body: &mut Body) {
+        if let Some(mass) = self.mass {
+            body.inertia *= mass / body.mass;
+            body.mass = mass;
+        }
+        body.inertia = self.inertia.unwrap_or(body.inertia);
+    }
+}
+
 /// Point of a body to which its position refers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlacedBy {
@@ -73,6 +100,7 @@ impl BodyDescription {
             geometry,
             scale: [1.0, 1.0],
             material,
+            given_mass: GivenMass::default(),
             pose: Pose::IDENTITY,
             placed_by: PlacedBy::CentreOfMass,
             velocity: DVec3::ZERO,
@@ -153,7 +181,7 @@ impl BodyDescription {
             Geometry::Shape(text) => Geometry::Shape(text.replace(COPY_NUMBER, &(copy + 1).to_string())),
             file => file.clone(),
         };
-        GeometryReference { geometry, scale }
+        GeometryReference { geometry, scale, centre_of_mass: self.given_mass.centre_of_mass }
     }
 }
 
@@ -176,19 +204,33 @@ pub struct GeometryReference {
     pub geometry: Geometry,
     /// Factor on all lengths.
     pub scale: f64,
+    /// Centre of mass \[m\], scaled, in the frame of the shape or file; `None`: that of the homogeneous
+    /// solid.
+    pub centre_of_mass: Option<DVec3>,
 }
+
+/// A geometry, and the bits of its scale and centre of mass.
+pub(super) type GeometryKey = (Geometry, u64, Option<[u64; 3]>);
 
 impl GeometryReference {
     /// Key that distinguishes geometries.
-    pub(super) fn key(&self) -> (Geometry, u64) {
-        (self.geometry.clone(), self.scale.to_bits())
+    pub(super) fn key(&self) -> GeometryKey {
+        let centre = self.centre_of_mass.map(|centre| centre.to_array().map(f64::to_bits));
+        (self.geometry.clone(), self.scale.to_bits(), centre)
     }
 }
 
 impl std::fmt::Display for GeometryReference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (Geometry::Shape(text) | Geometry::File(text)) = &self.geometry;
-        if self.scale == 1.0 { write!(f, "{text}") } else { write!(f, "{text} (scale {})", self.scale) }
+        write!(f, "{text}")?;
+        if self.scale != 1.0 {
+            write!(f, " (scale {})", self.scale)?;
+        }
+        match self.centre_of_mass {
+            Some(DVec3 { x, y, z }) => write!(f, " (centre of mass {x}, {y}, {z})"),
+            None => Ok(()),
+        }
     }
 }
 

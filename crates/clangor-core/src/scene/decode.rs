@@ -7,6 +7,7 @@ mod body;
 mod breaking;
 mod former_keys;
 mod geometry;
+mod given_mass;
 mod joints;
 mod links;
 mod listener;

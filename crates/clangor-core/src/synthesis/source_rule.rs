@@ -22,6 +22,10 @@ use crate::sound_model::soundbank::ellipsoid_bank::Proxy;
 /// Least fraction of its convex hull that a body must fill to be represented by an ellipsoid.
 pub const LEAST_FILLING: f64 = 0.9;
 
+/// Largest distance of the centre of mass of a body that an ellipsoid represents from that of its form, over
+/// the bounding radius.
+const MOST_OFF_CENTRE: f64 = 0.02;
+
 /// Source chosen for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SourceKind {
@@ -65,6 +69,11 @@ pub enum Reason {
         size: f64,
         /// Largest such product in the bank.
         limit: f64,
+    },
+    /// Its centre of mass is not that of its form, about which an ellipsoid turns.
+    OffCentre {
+        /// Distance of the two, over the bounding radius \[-\].
+        share: f64,
     },
     /// There is no bank, or no ellipsoid in it for this body.
     NoEllipsoid,
@@ -118,6 +127,9 @@ impl fmt::Display for Reason {
             Reason::Large { size, limit } => {
                 write!(f, "it is too large for the ellipsoids (kA = {size:.1} above {limit:.1})")
             }
+            Reason::OffCentre { share } => {
+                write!(f, "its centre of mass is {:.0} % of its radius off that of its form", 100.0 * share)
+            }
             Reason::NoEllipsoid => f.write_str("no ellipsoid stands for it"),
         }
     }
@@ -159,6 +171,11 @@ pub fn decide(
             let Some((proxy, bank)) = proxy() else {
                 return decision(SourceKind::Own, Reason::NoEllipsoid);
             };
+            let centre = body.form_of_uneven().map_or(0.0, |form| form.centre_of_mass.length());
+            let share = centre / body.surface.bounding_radius();
+            if share > MOST_OFF_CENTRE {
+                return decision(SourceKind::Own, Reason::OffCentre { share });
+            }
             let (size, limit) = (proxy.radius * max_wavenumber, bank.field(&proxy).max_wavenumber);
             if size > limit {
                 return decision(SourceKind::Own, Reason::Large { size, limit });
@@ -175,6 +192,9 @@ pub fn decide(
 /// The ellipsoid of a bank that represents a body.
 fn proxy_of(body: &Body, bank: &BankEvaluator) -> Option<Proxy> {
     let Surface::Mesh(mesh) = &*body.surface else { return None };
+    if let Some(form) = body.form_of_uneven() {
+        return bank.bank().proxy_for(form.inertia, form.volume);
+    }
     let density = body.mass / mesh.volume;
     bank.bank().proxy_for(body.inertia * (1.0 / density), mesh.volume)
 }

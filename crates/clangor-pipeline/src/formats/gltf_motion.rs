@@ -158,7 +158,8 @@ pub fn read_gltf_motion(path: &Path) -> Result<Vec<GltfNode>, GltfMotionError> {
         let motion = NodeMotion::of_chain(&file, &placed, &curves, &chain).map_err(at_node(place))?;
         let mesh = local_mesh(&file, &placed[place], &motion).map_err(in_file)?;
         let fault = |fault: NodeFault| at_node(place)(fault);
-        let physics = NodePhysics::of_node(&file.document, node).map_err(|e| fault(e.into()))?;
+        let mut physics = NodePhysics::of_node(&file.document, node).map_err(|e| fault(e.into()))?;
+        physics.centre_of_mass = physics.centre_of_mass.map(|centre| centre * motion.scale);
         let shape = physics.shape.map(|shape| ImplicitShape::of_file(&file.document, shape, motion.scale));
         let shape = shape.transpose().map_err(|e| fault(e.into()))?;
         nodes.push(GltfNode {

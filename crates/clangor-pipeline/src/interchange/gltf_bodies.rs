@@ -8,17 +8,21 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::material::{Material, presets};
 use clangor_core::pose::Pose;
+use clangor_core::scene::body_description::GivenMass;
 use clangor_core::scene::instantiate::{GeometryError, LoadedGeometry};
 use clangor_core::shape::Shape;
 use glam::DVec3;
 
 use crate::formats::gltf_motion::GltfNode;
 use crate::formats::gltf_motion::implicit_shape::ImplicitShape;
+use crate::formats::gltf_motion::physics::NodePhysics;
 use crate::motion::recording::{Frame, RecordedBody};
 use crate::stages::load::mesh_geometry;
 
 /// Largest difference of distances of vertices on a sphere, relative; 32-bit files have 1e-7.
 const ROUND: f64 = 1e-4;
+/// Distance of two centres of mass that is rounding, over the bounding radius.
+const SAME_CENTRE: f64 = 1e-3;
 /// Least volume of a mesh on a sphere over that of the ball: about 80 triangles.
 const FILLED: f64 = 0.8;
 
@@ -110,19 +114,22 @@ pub(super) fn add_nodes(
             notices
                 .push(format!("node {}: its joint is not read; the node moves as it is animated", node.name));
         }
-        let (index, centre) = match described {
-            Some(index) => (index, centre_of_mass(&mut solids, &node)?),
+        let (index, mut centre) = match described {
+            Some(index) => (index, centre_of_mass(&mut solids, &world.bodies[index], &node)?),
             None => {
                 let (body, centre) = new_body(world, materials, &mut solids, &node, notices)?;
                 world.bodies.push(body);
                 (world.bodies.len() - 1, centre)
             }
         };
-        let at_centre = |pose: Pose| Pose { position: pose.world_from_body(centre), ..pose };
         let body = &mut world.bodies[index];
+        if let Some(given) = node.physics.centre_of_mass.filter(|_| !body.surface.is_plane()) {
+            centre = moved_centre(body, centre, given).map_err(|error| no_solid(&node, error))?;
+        }
+        let at_centre = |pose: Pose| Pose { position: pose.world_from_body(centre), ..pose };
         body.pose = at_centre(node.start);
         if !body.surface.is_plane() {
-            apply_physics(body, &node, notices);
+            apply_physics(body, &node.physics);
         } else if node.is_animated {
             notices.push(format!("node {}: a plane does not move; it stays where it begins", node.name));
             continue;
@@ -143,24 +150,28 @@ pub(super) fn add_nodes(
     Ok((recorded, kinematic))
 }
 
-/// Mass, inertia, restitution and friction as the file has them.
-fn apply_physics(body: &mut Body, node: &GltfNode, notices: &mut Vec<String>) {
-    let physics = &node.physics;
-    if let Some(mass) = physics.mass {
-        body.inertia *= mass / body.mass;
-        body.mass = mass;
+/// Moves the centre of mass of a body, which is at `centre` in the frame of a node, to the given one; they
+/// are the same up to rounding in most files. Gives the place of the centre of mass of the body afterwards.
+fn moved_centre(body: &mut Body, centre: DVec3, given: DVec3) -> Result<DVec3, GeometryError> {
+    let away = given - centre;
+    if away.length() <= SAME_CENTRE * body.surface.bounding_radius() {
+        return Ok(centre);
     }
-    body.inertia = physics.inertia.unwrap_or(body.inertia);
+    let geometry =
+        LoadedGeometry { surface: Arc::clone(&body.surface), mass: body.homogeneous(), warnings: Vec::new() };
+    let mass = MassProperties { centre_of_mass: DVec3::ZERO, ..geometry.mass };
+    body.surface = LoadedGeometry { mass, ..geometry }.with_centre_of_mass(away)?.surface;
+    Ok(given)
+}
+
+/// Mass, inertia, restitution and friction as the file has them.
+fn apply_physics(body: &mut Body, physics: &NodePhysics) {
+    let NodePhysics { mass, inertia, .. } = *physics;
+    GivenMass { mass, inertia, centre_of_mass: None }.apply_to(body);
     if let Some(restitution) = physics.restitution {
         body.material = body.material.clone().with_restitution(restitution);
     }
     body.material.friction = physics.friction.unwrap_or(body.material.friction);
-    if physics.has_centre {
-        notices.push(format!(
-            "node {}: its centerOfMass is not read; the centre is that of a homogeneous solid",
-            node.name
-        ));
-    }
 }
 
 /// Solids of meshes, which copies share.
@@ -230,10 +241,11 @@ fn solid_of(solids: &mut Solids, node: &GltfNode) -> Result<Option<LoadedGeometr
     }
 }
 
-/// Centre of mass in the frame of a node that the scene describes: of its solid, or its origin if it has
-/// none.
-fn centre_of_mass(solids: &mut Solids, node: &GltfNode) -> Result<DVec3, GltfBodyFault> {
-    Ok(solid_of(solids, node)?.map_or(DVec3::ZERO, |solid| solid.mass.centre_of_mass))
+/// Centre of mass of a body of the scene in the frame of its node: as far from that of the node's solid as
+/// the scene has it. The origin if the node has no solid.
+fn centre_of_mass(solids: &mut Solids, body: &Body, node: &GltfNode) -> Result<DVec3, GltfBodyFault> {
+    let form = body.form_of_uneven().map_or(DVec3::ZERO, |form| form.centre_of_mass);
+    Ok(solid_of(solids, node)?.map_or(DVec3::ZERO, |solid| solid.mass.centre_of_mass - form))
 }
 
 fn no_solid(node: &GltfNode, error: GeometryError) -> GltfBodyFault {

@@ -48,6 +48,11 @@ impl CollisionMesh {
         CollisionMesh { mesh, centre_of_mass, scale }
     }
 
+    /// The same mesh for a body with another centre of mass, in the frame and unit of the file.
+    pub(super) fn about(self, centre_of_mass: DVec3) -> Self {
+        CollisionMesh { centre_of_mass, ..self }
+    }
+
     /// Bounding radius about the middle of the bounding box, in the unit of the file.
     fn radius(&self) -> f64 {
         let (low, high) = self.mesh.bounds();

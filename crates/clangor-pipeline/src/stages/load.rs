@@ -190,7 +190,7 @@ pub fn geometry_reference(text: &str, scale: f64) -> GeometryReference {
         true => Geometry::File(text.into()),
         false => Geometry::Shape(text.into()),
     };
-    GeometryReference { geometry, scale }
+    GeometryReference { geometry, scale, centre_of_mass: None }
 }
 
 fn is_mesh_file(word: &OsStr) -> bool {
@@ -231,7 +231,11 @@ fn load(folder: &Path, reference: &GeometryReference) -> Result<Loaded, Geometry
         Geometry::Shape(_) => Ok(Loaded { geometry: load_shape(reference)?, mesh: None }),
         Geometry::File(file) => {
             let (geometry, mesh) = load_mesh(&folder.join(file), reference.scale)?;
-            Ok(Loaded { geometry, mesh: Some(mesh) })
+            let Some(centre) = reference.centre_of_mass else {
+                return Ok(Loaded { geometry, mesh: Some(mesh) });
+            };
+            let mesh = mesh.about(centre / reference.scale);
+            Ok(Loaded { geometry: geometry.with_centre_of_mass(centre)?, mesh: Some(mesh) })
         }
     }
 }
@@ -250,7 +254,7 @@ pub fn load_named(word: impl AsRef<OsStr>, scale: f64) -> Result<LoadedGeometry,
         true => load_mesh(Path::new(word), scale)?.0,
         false => {
             let geometry = Geometry::Shape(word.to_string_lossy().into_owned());
-            load_shape(&GeometryReference { geometry, scale })?
+            load_shape(&GeometryReference { geometry, scale, centre_of_mass: None })?
         }
     };
     loaded.warnings.extend(size_warning(&loaded.surface));

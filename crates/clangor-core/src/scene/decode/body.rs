@@ -3,12 +3,12 @@
 use glam::{DQuat, DVec3};
 
 use super::breaking::breaking;
-use super::geometry;
 use super::material::Materials;
 use super::motion::{body_track, orientation};
 use super::names::{Names, name};
 use super::reader::{Decoder, Node, Quantity, Section};
 use super::settings::{RINGING, SOUNDS};
+use super::{geometry, given_mass};
 use crate::body::{Guide, Motion};
 use crate::material::{Material, presets};
 use crate::pose::Pose;
@@ -26,6 +26,9 @@ pub(super) const KEYS: &[&str] = &[
     "mesh",
     "scale",
     "material",
+    "mass",
+    "centre_of_mass",
+    "inertia",
     "position",
     "origin",
     "orientation",
@@ -121,6 +124,7 @@ fn body(
     let geometry = geometry::geometry(d, section, preset.map(|p| p.shape), several);
     let scale = geometry::scale(d, section, several);
     let material = material(d, section, materials, preset.map(|p| p.material));
+    let given_mass = given_mass::given_mass(d, section);
     section.exclude(d, "origin", "position", "`position`");
     let origin = section.vector(d, "origin", "m");
     let position = section.vector(d, "position", "m").or(preset.map(|p| p.position)).or(origin);
@@ -155,6 +159,7 @@ fn body(
     }
     Some(BodyDescription {
         scale: scale?,
+        given_mass,
         pose,
         placed_by,
         velocity: velocity.unwrap_or(DVec3::ZERO),

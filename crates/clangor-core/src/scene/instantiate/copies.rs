@@ -11,7 +11,9 @@ use super::supports::supports;
 use crate::body::Body;
 use crate::math::random::SplitMix;
 use crate::quantity::{RADIUS, rounded};
-use crate::scene::body_description::{BodyDescription, Copies, Geometry, GeometryReference, PlacedBy};
+use crate::scene::body_description::{
+    BodyDescription, Copies, Geometry, GeometryKey, GeometryReference, PlacedBy,
+};
 use crate::scene::diagnostic::{Doubt, Problem, SceneError};
 use crate::scene::placement::{Obstacle, Packing, in_ball, rotation};
 use crate::scene::scene_description::Scene;
@@ -101,7 +103,7 @@ fn seed(scene: &Scene, description: &BodyDescription) -> u64 {
 
 /// Loads every body; scattered ones are not placed yet.
 pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, problems: &mut Problems) -> Vec<Draft<'s>> {
-    let mut loaded: BTreeMap<(Geometry, u64), Option<LoadedGeometry>> = BTreeMap::new();
+    let mut loaded: BTreeMap<GeometryKey, Option<LoadedGeometry>> = BTreeMap::new();
     let mut drafts = Vec::new();
     for description in &scene.bodies {
         for copy in 0..description.count() {
@@ -125,6 +127,7 @@ pub(super) fn draft<'s>(scene: &'s Scene, load: &mut Loader<'_>, problems: &mut 
                 .with_velocity(description.velocity)
                 .with_angular_velocity(description.angular_velocity + spin)
                 .with_motion(description.motion.clone());
+            description.given_mass.apply_to(&mut body);
             if let Some(edge_radius) = description.edge_radius {
                 body.edge_radius = edge_radius;
             }

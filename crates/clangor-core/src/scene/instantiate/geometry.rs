@@ -2,20 +2,56 @@
 
 use std::sync::Arc;
 
-use crate::body::Surface;
+use glam::DVec3;
+
+use crate::body::{MeshSurface, Surface};
+use crate::geometry::convex::ConvexPart;
 use crate::geometry::mass_properties::MassProperties;
+use crate::geometry::principal_curvature::Curvature;
 use crate::scene::body_description::{Geometry, GeometryReference};
-use crate::shape::Shape;
+use crate::shape::{Form, Shape};
 
 /// Geometry of a body, as the loader returns it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedGeometry {
     /// The surface, centre of mass at the origin, scaled.
     pub surface: Arc<Surface>,
-    /// Mass properties of unit density, scaled, in the frame of the shape or file.
+    /// Mass properties of unit density, scaled, in the frame of the shape or file; a given centre of mass has
+    /// the inertia of the homogeneous solid about its own.
     pub mass: MassProperties,
     /// Warnings for the user.
     pub warnings: Vec<String>,
+}
+
+impl LoadedGeometry {
+    /// The same solid with another centre of mass \[m\], in the frame of the shape or file. The inertia stays
+    /// that of the homogeneous solid about its own centre. A sphere becomes a mesh that collides as the
+    /// sphere.
+    ///
+    /// # Errors
+    /// A sphere without a mesh.
+    pub fn with_centre_of_mass(self, centre: DVec3) -> Result<Self, GeometryError> {
+        let away = centre - self.mass.centre_of_mass;
+        let surface = match &*self.surface {
+            Surface::Sphere { radius } => off_centre_sphere(*radius, away)?,
+            Surface::Mesh(mesh) => Surface::Mesh(mesh.relative_to(away)),
+            plane => plane.clone(),
+        };
+        let mass = MassProperties { centre_of_mass: centre, ..self.mass };
+        Ok(LoadedGeometry { surface: Arc::new(surface), mass, ..self })
+    }
+}
+
+/// A sphere whose centre is at −`away` \[m\].
+fn off_centre_sphere(radius: f64, away: DVec3) -> Result<Surface, GeometryError> {
+    let refuse = |reason: String| GeometryError { reason, remedy: "leave out its centre of mass".into() };
+    let sphere = Shape::try_new(Form::Sphere { radius }, None).map_err(|e| refuse(e.to_string()))?;
+    let parts = vec![ConvexPart::Ball { centre: DVec3::ZERO, radius }];
+    let (mut surface, _) = MeshSurface::try_new(sphere.mesh(), parts).map_err(|e| refuse(e.to_string()))?;
+    let count = surface.mesh.vertices.len();
+    let round = Curvature::isotropic(radius.recip());
+    surface.mean_curvature = vec![radius.recip(); count];
+    Ok(Surface::Mesh(surface.with_curvature(vec![round; count]).relative_to(away)))
 }
 
 /// Error of a loader.
@@ -50,5 +86,9 @@ pub fn load_shape(reference: &GeometryReference) -> Result<LoadedGeometry, Geome
         1.0 => (surface, mass),
         scale => (surface.scaled(scale), mass.scaled(scale)),
     };
-    Ok(LoadedGeometry { surface: Arc::new(surface), mass, warnings: Vec::new() })
+    let geometry = LoadedGeometry { surface: Arc::new(surface), mass, warnings: Vec::new() };
+    match reference.centre_of_mass {
+        Some(centre) => geometry.with_centre_of_mass(centre),
+        None => Ok(geometry),
+    }
 }

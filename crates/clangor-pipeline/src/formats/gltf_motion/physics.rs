@@ -1,11 +1,12 @@
 //! `KHR_physics_rigid_bodies` (draft of Khronos, <https://github.com/eoineoineoin/glTF_Physics>): masses,
 //! what moves a node, and how it meets others.
 //!
-//! Read are `motion` (mass, inertia, `isKinematic`), the shape of `collider`, and restitution and dynamic
-//! friction of its physics material. A mass of 0 means infinity, as the draft says. How the values of two
-//! materials combine is ours. Filters and triggers have no sound. Joints, centres of mass and velocities are
-//! not read: a recorded motion has them.
+//! Read are `motion` (mass, centre of mass, inertia, `isKinematic`), the shape of `collider`, and
+//! restitution and dynamic friction of its physics material. A mass of 0 means infinity, as the draft says.
+//! How the values of two materials combine is ours. Filters and triggers have no sound. Joints and
+//! velocities are not read: a recorded motion has them.
 
+use clangor_core::quantity;
 use glam::{DMat3, DQuat, DVec3};
 use serde_json::Value;
 
@@ -20,8 +21,8 @@ pub struct NodePhysics {
     pub inertia: Option<DMat3>,
     /// Whether it is moved from outside (`isKinematic`, or an infinite mass), and so no impact moves it.
     pub is_kinematic: bool,
-    /// Whether the extension gives it a centre of mass.
-    pub has_centre: bool,
+    /// Centre of mass in the frame of the node \[m\], with its scale.
+    pub centre_of_mass: Option<DVec3>,
     /// Whether it has a joint.
     pub has_joint: bool,
     /// Whether it is a body by itself (`motion`).
@@ -65,7 +66,7 @@ impl NodePhysics {
             inertia: inertia(of_motion("inertiaDiagonal"), of_motion("inertiaOrientation"))?,
             is_kinematic: of_motion("isKinematic").and_then(Value::as_bool) == Some(true)
                 || mass == Some(0.0),
-            has_centre: of_motion("centerOfMass").is_some(),
+            centre_of_mass: of_motion("centerOfMass").map(centre_of_mass).transpose()?,
             has_joint: physics.get("joint").is_some(),
             has_motion: motion.is_some(),
             shape: shape.and_then(Value::as_u64).and_then(|index| usize::try_from(index).ok()),
@@ -97,6 +98,14 @@ fn number(
         Some(number) => Ok(Some(number)),
         None => Err(PhysicsFault { property, found: value.to_string(), expected }),
     }
+}
+
+fn centre_of_mass(value: &Value) -> Result<DVec3, PhysicsFault> {
+    let point: Option<[f64; 3]> = serde_json::from_value(value.clone()).ok();
+    let point = point.filter(|point| point.iter().all(|x| quantity::Quantity::coordinate("m").admits(*x)));
+    let expected = "three numbers in metres";
+    let fault = || PhysicsFault { property: "centerOfMass", found: value.to_string(), expected };
+    point.map(DVec3::from_array).ok_or_else(fault)
 }
 
 /// R diag(I) Rᵀ; `None` where the file has none, or it is infinite.

@@ -212,11 +212,12 @@ fn modes_of<'a>(replay: &Replay<'a>, id: BodyId) -> Option<Modes<'a>> {
 
 /// Mass properties of a body in another frame about its centre of mass, without surface.
 fn solid(body: &Body, from_body: DMat3) -> Solid {
-    let density = body.material.density;
-    let inertia = from_body * (body.inertia * density.recip()) * from_body.transpose();
+    let solid = body.homogeneous();
+    let inertia = from_body * solid.inertia * from_body.transpose();
     // The product is symmetric only to rounding; the file format requires exact symmetry.
     let inertia = 0.5 * (inertia + inertia.transpose());
-    let mass = MassProperties { volume: body.mass / density, centre_of_mass: DVec3::ZERO, inertia };
+    let mass =
+        MassProperties { volume: solid.volume, centre_of_mass: from_body * solid.centre_of_mass, inertia };
     Solid { name: body.name.clone(), mass, surface: None }
 }
 

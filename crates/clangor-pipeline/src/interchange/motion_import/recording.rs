@@ -189,6 +189,9 @@ fn centre_in_file(loaded: &LoadedScene, body: &Body) -> Result<DVec3, GeometryEr
     else {
         return Ok(DVec3::ZERO);
     };
+    if let Some(centre) = description.given_mass.centre_of_mass {
+        return Ok(centre);
+    }
     // Sizes are drawn by chance; the body tells what its own is.
     let folder = loaded.path.parent().unwrap_or(Path::new(""));
     let geometry = load_geometry(folder, &description.reference(copy, 1.0))?;

@@ -113,9 +113,14 @@ pub(super) fn choose(
             });
             continue;
         };
+        // What rings is the homogeneous solid.
+        let (inertia, mass) = match body.form_of_uneven() {
+            Some(form) => (form.inertia, form.volume * body.material.density),
+            None => (body.inertia, body.mass),
+        };
         let wanted = ProxyBody {
-            inertia: body.inertia,
-            mass: body.mass,
+            inertia,
+            mass,
             first_frequency: first,
             material: bank_material(&body.material, options.medium),
             max_frequency: options.max_frequency,

@@ -69,7 +69,7 @@ impl<P: RequestedPart> SoundModelRequest<P> {
     /// # Errors
     /// [`RequestError`].
     pub fn of_body(body: &Body, part: P) -> Result<Self, RequestError> {
-        SoundModelRequest::new(&body.name, &body.surface, unit_mass(body), part)
+        SoundModelRequest::new(&body.name, &body.surface, body.homogeneous(), part)
     }
 }
 
@@ -137,11 +137,4 @@ pub(super) fn recognised(mesh: &TriMesh) -> BakeGeometry {
         last.pop_front();
     }
     geometry
-}
-
-/// Mass properties of a body at density 1.
-fn unit_mass(body: &Body) -> MassProperties {
-    let density = body.material.density;
-    let volume = body.mass / density;
-    MassProperties { volume, centre_of_mass: DVec3::ZERO, inertia: body.inertia * density.recip() }
 }

@@ -263,8 +263,12 @@ pub struct Body {
     pub supports: Vec<Support>,
 }
 
-/// Largest relative difference of mass properties that is due to the facets of a mesh.
-const OF_FACETS: f64 = 0.02;
+/// Largest relative difference of mass and inertia that is due to the facets of a mesh: the tetrahedra of a
+/// body that breaks leave some percent of a round body out.
+const OF_FACETS: f64 = 0.05;
+/// Distance of the centre of mass of a body from that of its form, over the bounding radius, that counts as
+/// none.
+pub const OFF_CENTRE: f64 = 0.02;
 
 /// Default edge radius as a fraction of the bounding radius.
 pub const EDGE_RADIUS_RATIO: f64 = 0.02;
@@ -326,12 +330,12 @@ impl Body {
         let form = match &*self.surface {
             Surface::Sphere { radius } => MassProperties::of_sphere(*radius),
             Surface::HalfSpace | Surface::Plate { .. } => return None,
-            Surface::Mesh(surface) => MassProperties::of(&surface.mesh).ok()?,
+            Surface::Mesh(surface) => surface.solid()?,
         };
         let size = form.inertia.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
         let is_same = (own.volume - form.volume).abs() <= OF_FACETS * form.volume
             && own.inertia.abs_diff_eq(form.inertia, OF_FACETS * size)
-            && form.centre_of_mass.length() <= OF_FACETS * self.surface.bounding_radius();
+            && form.centre_of_mass.length() <= OFF_CENTRE * self.surface.bounding_radius();
         (!is_same).then_some(form)
     }
 

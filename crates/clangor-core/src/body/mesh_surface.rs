@@ -26,6 +26,8 @@ pub struct MeshSurface {
     pub parts: Vec<ConvexPart>,
     /// Volume \[m³\].
     pub volume: f64,
+    /// Of the homogeneous solid at unit density, in this frame; `None` if the mesh bounds no solid.
+    solid: Option<MassProperties>,
     /// Search tree for the nearest triangle.
     tree: SurfaceTree,
 }
@@ -48,7 +50,8 @@ impl MeshSurface {
         let tree = SurfaceTree::new(&mesh);
         let mean_curvature = mean_curvature(&mesh);
         let curvature = principal_curvatures(&mesh);
-        MeshSurface { mesh, mean_curvature, curvature, parts, volume: mass.volume, tree }
+        let solid = Some(MassProperties { centre_of_mass: DVec3::ZERO, ..*mass });
+        MeshSurface { mesh, mean_curvature, curvature, parts, volume: mass.volume, solid, tree }
     }
 
     /// A surface as a timeline stores it: centred, with the mean curvature [1/m] per vertex, which holds in
@@ -56,7 +59,8 @@ impl MeshSurface {
     pub fn restored(mesh: TriMesh, mean_curvature: Vec<f64>, volume: f64) -> Self {
         let tree = SurfaceTree::new(&mesh);
         let curvature = mean_curvature.iter().map(|h| Curvature::isotropic(*h)).collect();
-        MeshSurface { mesh, mean_curvature, curvature, parts: Vec::new(), volume, tree }
+        let solid = MassProperties::of(&mesh).ok();
+        MeshSurface { mesh, mean_curvature, curvature, parts: Vec::new(), volume, solid, tree }
     }
 
     /// The same surface with other convex parts, in its own frame.
@@ -76,7 +80,9 @@ impl MeshSurface {
         let mesh = self.mesh.relative_to(origin);
         let tree = SurfaceTree::new(&mesh);
         let parts = self.parts.iter().map(|part| part.relative_to(origin)).collect();
-        MeshSurface { mesh, parts, tree, ..self.clone() }
+        let shifted =
+            |mass: MassProperties| MassProperties { centre_of_mass: mass.centre_of_mass - origin, ..mass };
+        MeshSurface { mesh, parts, tree, solid: self.solid.map(shifted), ..self.clone() }
     }
 
     /// The same surface with all lengths multiplied by `factor`.
@@ -86,8 +92,14 @@ impl MeshSurface {
         self.curvature.iter_mut().for_each(|c| *c = c.scaled(factor));
         self.parts = self.parts.iter().map(|p| p.scaled(factor)).collect();
         self.volume *= factor.powi(3);
+        self.solid = self.solid.map(|solid| solid.scaled(factor));
         self.tree = SurfaceTree::new(&self.mesh);
         self
+    }
+
+    /// Mass properties of the homogeneous solid at unit density, in this frame; `None` for an open surface.
+    pub fn solid(&self) -> Option<MassProperties> {
+        self.solid
     }
 
     /// Mean curvature [1/m] at the point of the surface nearest to `point_body`, interpolated between the

@@ -13,7 +13,7 @@ use glam::DQuat;
 
 use super::field_source::FieldSource;
 use super::source::SoundSource;
-use crate::body::{Body, Surface};
+use crate::body::{Body, OFF_CENTRE, Surface};
 use crate::sound_model::acceleration::model_evaluator::{BankEvaluator, ModelEvaluator};
 use crate::sound_model::acceleration::proxy_field::ProxyFields;
 use crate::sound_model::rule::AccelerationRule;
@@ -21,10 +21,6 @@ use crate::sound_model::soundbank::ellipsoid_bank::Proxy;
 
 /// Least fraction of its convex hull that a body must fill to be represented by an ellipsoid.
 pub const LEAST_FILLING: f64 = 0.9;
-
-/// Largest distance of the centre of mass of a body that an ellipsoid represents from that of its form, over
-/// the bounding radius.
-const MOST_OFF_CENTRE: f64 = 0.02;
 
 /// Source chosen for a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,7 +169,7 @@ pub fn decide(
             };
             let centre = body.form_of_uneven().map_or(0.0, |form| form.centre_of_mass.length());
             let share = centre / body.surface.bounding_radius();
-            if share > MOST_OFF_CENTRE {
+            if share > OFF_CENTRE {
                 return decision(SourceKind::Own, Reason::OffCentre { share });
             }
             let (size, limit) = (proxy.radius * max_wavenumber, bank.field(&proxy).max_wavenumber);

@@ -368,3 +368,31 @@ fn a_wobbling_coin_does_not_sink_into_a_box() {
         assert!(deepest < 5e-6, "seed {seed}: {deepest:e} m");
     }
 }
+
+/// Sheets down to a 25 000th of their length, in any frame, land without gaining energy and lie flat.
+#[test]
+fn thin_sheets_land_and_lie() {
+    let material = material(7850.0, 0.3, 0.4, 1e-4);
+    for (half_thickness, seed) in [(5e-4, 1), (1e-4, 2), (2.5e-5, 3), (1e-5, 4)] {
+        let mut random = Random(seed * 77);
+        let turn = random.orientation();
+        let corners = cuboid(DVec3::new(0.25, half_thickness, 0.12)).into_iter().map(|p| turn * p);
+        let mut sheet = solid("sheet", &material, &[corners.collect()]);
+        sheet.pose.position = DVec3::Y * 0.4;
+        sheet.pose.orientation = random.orientation();
+        let start = sheet.mass * 9.81 * 0.4;
+        let mut rigid = RigidWorld::try_new(&world(vec![floor(&material), sheet]), 2.5e-4, true).unwrap();
+        let mut log = StepLog::new();
+        for _ in 0..12_000 {
+            rigid.step(&mut log).unwrap();
+            let energy = rigid.energy();
+            assert!(energy < start * (1.0 + 1e-9), "{half_thickness}: {energy} of {start} J");
+        }
+        let pose = rigid.pose(BodyId(1));
+        let normal = pose.orientation * (turn * DVec3::Y);
+        println!("{half_thickness}: {:.2e} m high, tilt {:.1e}", pose.position.y, 1.0 - normal.y.abs());
+        // Seen: its half thickness within 1.1 µm; bodies may overlap by a micrometre.
+        assert!((pose.position.y - half_thickness).abs() < 2e-5, "{half_thickness}: {}", pose.position.y);
+        assert!(1.0 - normal.y.abs() < 1e-6);
+    }
+}

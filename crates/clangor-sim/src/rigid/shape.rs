@@ -6,7 +6,7 @@
 
 use clangor_core::body::Surface;
 use clangor_core::geometry::convex::ConvexPart;
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use parry3d_f64::shape::{ConvexPolyhedron, SupportMap};
 
 /// Rounding radius of hulls and cylinders in contact with each other \[m\].
@@ -182,11 +182,22 @@ impl Hull {
         if !points.iter().all(|p| p.is_finite()) {
             return Err("has a hull with a point that is not finite");
         }
-        if !has_volume(points) {
-            return Err("has a flat convex hull");
-        }
-        let polyhedron = ConvexPolyhedron::from_convex_hull(points).ok_or("has a degenerate convex hull")?;
-        let all = polyhedron.points();
+        let extent = Extent::of(points).ok_or("has a flat convex hull")?;
+        // A sheet whose thickness is a thousandth of its length has no hull in the tolerances of the library, but
+        // the one stretched to equal extents has, and stretching keeps what is convex.
+        let polyhedron = ConvexPolyhedron::from_convex_hull(points);
+        let (polyhedron, all) = match polyhedron.filter(|hull| hull.faces().len() >= 4) {
+            Some(hull) => {
+                let all = hull.points().to_vec();
+                (hull, all)
+            }
+            None => {
+                let even: Vec<DVec3> = points.iter().map(|p| extent.to_even(*p)).collect();
+                let hull = ConvexPolyhedron::from_convex_hull(&even).ok_or("has a degenerate convex hull")?;
+                let all = hull.points().iter().map(|p| extent.from_even(*p)).collect();
+                (hull, all)
+            }
+        };
         let corners_of = polyhedron.vertices_adj_to_face();
         let centre = all.iter().sum::<DVec3>() / all.len() as f64;
         let mut faces = Vec::new();
@@ -214,17 +225,40 @@ impl Hull {
     }
 }
 
-/// Whether points span a volume: the thickness of their hull against its length.
-fn has_volume(points: &[DVec3]) -> bool {
-    let Some(&first) = points.first() else { return false };
-    let farthest = |measure: &dyn Fn(DVec3) -> f64| {
-        points.iter().copied().max_by(|p, q| measure(*p).total_cmp(&measure(*q))).unwrap_or(first)
-    };
-    let along = farthest(&|p| (p - first).length()) - first;
-    let Some(axis) = along.try_normalize() else { return false };
-    let across = farthest(&|p| (p - first).cross(axis).length()) - first;
-    let Some(normal) = axis.cross(across).try_normalize() else { return false };
-    let height = |p: DVec3| (p - first).dot(normal).abs();
-    height(farthest(&|p| height(p))) > FLAT * along.length()
-        && across.cross(axis).length() > FLAT * along.length()
+/// Extents of a cloud of points along its length, across it, and along the normal of both.
+struct Extent {
+    first: DVec3,
+    /// Columns: the directions times the extents \[m\].
+    frame: DMat3,
+}
+
+impl Extent {
+    /// `None` if the points span no volume: their thickness is nothing against their length.
+    fn of(points: &[DVec3]) -> Option<Self> {
+        let first = *points.first()?;
+        let farthest = |measure: &dyn Fn(DVec3) -> f64| {
+            points.iter().copied().max_by(|p, q| measure(*p).total_cmp(&measure(*q))).unwrap_or(first)
+        };
+        let along = farthest(&|p| (p - first).length()) - first;
+        let axis = along.try_normalize()?;
+        let across = farthest(&|p| (p - first).cross(axis).length()) - first;
+        let width = across.cross(axis).length();
+        let normal = axis.cross(across).try_normalize()?;
+        let height = |p: DVec3| (p - first).dot(normal).abs();
+        let height = height(farthest(&|p| height(p)));
+        let length = along.length();
+        (height > FLAT * length && width > FLAT * length).then(|| Extent {
+            first,
+            frame: DMat3::from_cols(along, normal.cross(axis) * width, normal * height),
+        })
+    }
+
+    /// A point in units of the extents.
+    fn to_even(&self, point: DVec3) -> DVec3 {
+        self.frame.inverse() * (point - self.first)
+    }
+
+    fn from_even(&self, even: DVec3) -> DVec3 {
+        self.first + self.frame * even
+    }
 }

@@ -10,6 +10,7 @@
 //!
 //! Linear tetrahedra are deliberately absent: a thin plate needs a thousand times as many of them.
 
+pub mod across_walls;
 pub mod bricks;
 pub mod element;
 pub(crate) mod elimination;

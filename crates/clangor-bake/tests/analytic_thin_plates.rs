@@ -163,3 +163,28 @@ fn flat_polygons_ring_as_free_plates() {
         }
     }
 }
+
+/// Boxes and hexagons down to a 50 000th of their length: foils and sheets, whose bending is a rounding error of
+/// the forces across them.
+#[test]
+fn sheets_ring_as_free_plates_however_thin() {
+    let hexagon = |thickness: f64| {
+        let mesh = Shape::parse(&format!("prism:6x0.25x{thickness}")).expect("a shape").mesh();
+        let centre = MassProperties::of(&mesh).expect("a solid").centre_of_mass;
+        BakeGeometry::of_mesh(&mesh.relative_to(centre))
+    };
+    let first_of = |thickness: f64| plate(thickness).rectangle_frequencies([0.5, 0.4], COUNT);
+    let thick = 1e-3;
+    let reference: Vec<f64> = frequencies(&hexagon(thick), 2.5 * first_of(thick)[COUNT - 1]);
+    for thickness in [2.5e-4, 5e-5, 2e-5] {
+        let exact = first_of(thickness);
+        let sheet = BakeGeometry::RoundedBox { edges: DVec3::new(0.5, thickness, 0.4), round: 0.0 };
+        let found = frequencies(&sheet, 1.1 * exact[COUNT - 1]);
+        let error = worst(&found, &exact);
+        // As the thickness, where bending is all.
+        let scaled: Vec<f64> = reference.iter().take(COUNT).map(|f| f * thickness / thick).collect();
+        let other = worst(&frequencies(&hexagon(thickness), 2.5 * exact[COUNT - 1]), &scaled);
+        println!("{thickness}: {error:.1e} of a free plate, hexagon {other:.1e} of one of 1 mm");
+        assert!(error < 5e-3 && other < 5e-3, "{thickness}: {error:.1e} {other:.1e}");
+    }
+}

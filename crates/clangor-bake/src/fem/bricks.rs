@@ -11,6 +11,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::across_walls::{self, Columns, Unknowns};
 use super::rigid_motions::rigid_motions;
 use super::{ElasticConstants, ElasticSystem, Elements};
 use crate::mesh::tetrahedra::TetMesh;
@@ -38,7 +39,8 @@ pub(super) struct Axis {
 }
 
 impl Axis {
-    pub(super) fn new(length: f64, cells: usize) -> Self {
+    /// An axis of so many cells; a single one has the unknowns of a wall, if asked.
+    pub(super) fn new(length: f64, cells: usize, unknowns: Unknowns) -> Self {
         let order = if cells.is_multiple_of(2) { HIGH_ORDER } else { LOW_ORDER };
         let bricks = cells * LOW_ORDER / order;
         let count = order + 1;
@@ -51,7 +53,11 @@ impl Axis {
             steep: vec![0.0; count * count],
         };
         for (x, weight) in gauss_legendre(count) {
-            let shapes: Vec<(f64, f64)> = (0..count).map(|i| lagrange(order, i, x)).collect();
+            let shape = |i: usize| match is_wall(cells, unknowns) {
+                true => across_walls::function(i, x),
+                false => lagrange(order, i, x),
+            };
+            let shapes: Vec<(f64, f64)> = (0..count).map(shape).collect();
             for (i, (value, slope)) in shapes.iter().enumerate() {
                 for (j, (other, other_slope)) in shapes.iter().enumerate() {
                     axis.plain[i * count + j] += weight * value * other;
@@ -75,6 +81,11 @@ impl Axis {
     }
 }
 
+/// Whether an axis of so many cells has the unknowns of a wall.
+pub(super) fn is_wall(cells: usize, unknowns: Unknowns) -> bool {
+    cells == 1 && unknowns == Unknowns::AcrossWalls
+}
+
 /// Value and slope of the i-th Lagrange polynomial on evenly spaced nodes of [0, 1].
 fn lagrange(order: usize, i: usize, x: f64) -> (f64, f64) {
     let node = |k: usize| k as f64 / order as f64;
@@ -94,8 +105,9 @@ pub fn box_of_bricks(
     edges: DVec3,
     cells: [usize; 3],
     constants: &ElasticConstants,
+    unknowns: Unknowns,
 ) -> ElasticSystem {
-    let axes: [Axis; 3] = std::array::from_fn(|a| Axis::new(edges[a], cells[a]));
+    let axes: [Axis; 3] = std::array::from_fn(|a| Axis::new(edges[a], cells[a], unknowns));
     let counts = cells.map(|n| 2 * n + 1);
     let number = |at: [usize; 3]| (at[2] * counts[1] + at[1]) * counts[0] + at[0];
     let mut lattice = vec![0_u32; counts.iter().product()];
@@ -113,8 +125,19 @@ pub fn box_of_bricks(
         .flat_map(|i| (0..=i).map(move |j| (i, j)))
         .map(|(i, j)| pair(&axes, local[i], local[j], constants))
         .collect();
-    let mesh =
-        Elements { nodes: mesh.nodes.clone(), elements: &elements, rigid: rigid_motions(&mesh.nodes).into() };
+    // Lines of three nodes along the axes of one cell; along two such axes, both changes of unknowns follow.
+    let mut columns = Columns::default();
+    for a in (0..3).filter(|a| is_wall(cells[*a], unknowns)) {
+        let along = |at: [usize; 3], level: usize| {
+            let mut at = at;
+            at[a] = level;
+            lattice[number(at)]
+        };
+        let feet = each(std::array::from_fn(|b| if a == b { 1 } else { counts[b] }));
+        columns.0.extend(feet.map(|at| [0, 1, 2].map(|level| along(at, level))));
+    }
+    let (nodes, rigid) = (mesh.nodes.clone(), rigid_motions(&mesh.nodes).into());
+    let mesh = Elements { nodes, elements: &elements, rigid, columns };
     ElasticSystem::assemble(mesh, |_| |i: usize, j: usize| pairs[i * (i + 1) / 2 + j])
 }
 
@@ -152,22 +175,28 @@ mod tests {
         let (edges, cells) = (DVec3::new(0.3, 0.02, 0.1), [4, 1, 3]);
         let constants = ElasticConstants::of(&STEEL.material()).expect("steel");
         let mesh = block(edges, cells).expect("a box");
-        let bricks = box_of_bricks(&mesh, edges, cells, &constants);
+        let bricks = box_of_bricks(&mesh, edges, cells, &constants, Unknowns::AtNodes);
+        let walls = box_of_bricks(&mesh, edges, cells, &constants, Unknowns::AcrossWalls);
         let tetrahedra = ElasticSystem::new(&mesh, &constants);
         // A displacement of second order, with all strains.
-        let motion: Vec<f64> = (mesh.nodes.iter())
-            .flat_map(|p| [p.x * p.y + p.z * p.z, p.x * p.x - 2.0 * p.y * p.z, p.z * p.x + p.y + 3.0 * p.z])
+        let motion: Vec<DVec3> = (mesh.nodes.iter())
+            .map(|p| {
+                DVec3::new(p.x * p.y + p.z * p.z, p.x * p.x - 2.0 * p.y * p.z, p.z * p.x + p.y + 3.0 * p.z)
+            })
             .collect();
         let energy = |system: &ElasticSystem| {
+            let motion: Vec<f64> = system.unknowns_of(&motion);
             let (mut stiff, mut heavy) = (vec![0.0; motion.len()], vec![0.0; motion.len()]);
             system.multiply_stiffness(&motion, 1, &mut stiff);
             system.multiply_mass(&motion, 1, &mut heavy);
             let with = |y: &[f64]| motion.iter().zip(y).map(|(u, f)| u * f).sum::<f64>();
             [with(&stiff), with(&heavy)]
         };
-        let (one, other) = (energy(&bricks), energy(&tetrahedra));
-        for k in 0..2 {
-            assert!((one[k] / other[k] - 1.0).abs() < 1e-10, "{one:?} {other:?}");
+        let other = energy(&tetrahedra);
+        for one in [energy(&bricks), energy(&walls)] {
+            for k in 0..2 {
+                assert!((one[k] / other[k] - 1.0).abs() < 1e-10, "{one:?} {other:?}");
+            }
         }
     }
 }

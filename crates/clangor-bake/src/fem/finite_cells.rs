@@ -43,6 +43,7 @@ mod supports;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
 
+use super::across_walls::Columns;
 use super::rigid_motions::rigid_motions;
 use super::{ElasticConstants, ElasticSystem, Elements};
 use basis::Basis;
@@ -177,6 +178,7 @@ impl FiniteCells {
             nodes: self.nodes.clone(),
             elements: &self.elements,
             rigid: rigid_motions(&self.nodes).into(),
+            columns: Columns::default(),
         };
         let whole = CellMatrices::new(&self.basis, self.grid.edge, &self.whole_weights());
         let parts = self.body.parts.len();

@@ -9,7 +9,8 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::bricks::Axis;
+use super::across_walls::{Columns, Unknowns};
+use super::bricks::{Axis, is_wall};
 use super::rigid_motions::rigid_motions;
 use super::{ElasticConstants, ElasticSystem, Elements};
 use crate::quadrature::gauss_legendre;
@@ -111,13 +112,27 @@ pub(crate) fn plate_of_prisms(
     prisms: &Prisms,
     nodes: &[DVec3],
     constants: &ElasticConstants,
+    unknowns: Unknowns,
 ) -> ElasticSystem {
     let integrals = Integrals::new();
-    let across = Axis::new(prisms.thickness, prisms.layers);
+    let across = Axis::new(prisms.thickness, prisms.layers, unknowns);
     let ElasticConstants { lame_lambda: lambda, shear_modulus: mu, density } = *constants;
     let (frame, back) = (prisms.frame, prisms.frame.transpose());
-    let elements =
-        Elements { nodes: nodes.to_vec(), elements: &prisms.elements, rigid: rigid_motions(nodes).into() };
+    let mut columns = Vec::new();
+    if is_wall(prisms.layers, unknowns) {
+        let of_element =
+            |e: &Vec<u32>| (0..LATTICE).map(|i| [0, 1, 2].map(|level| e[level * LATTICE + i])).collect();
+        columns = prisms.elements.iter().flat_map::<Vec<[u32; 3]>, _>(of_element).collect();
+        // Neighbours share the columns of their sides.
+        columns.sort_unstable();
+        columns.dedup();
+    }
+    let elements = Elements {
+        nodes: nodes.to_vec(),
+        elements: &prisms.elements,
+        rigid: rigid_motions(nodes).into(),
+        columns: Columns(columns),
+    };
     ElasticSystem::assemble(elements, |e| {
         let (area, slopes) = gradients(prisms.corners[e]);
         let (integrals, across) = (&integrals, &across);

@@ -7,13 +7,15 @@
 use glam::{DMat3, DVec3};
 
 use super::ElasticConstants;
+use super::across_walls::Columns;
 use super::element::{ElementMatrices, element_matrices};
 use super::products::{LANES, Matrix, Product};
 use super::rigid_motions::{orthonormal_in_mass, rigid_motions};
 use super::supports::Holding;
 use crate::mesh::tetrahedra::TetMesh;
 
-/// K and M of a free body. Unknown 3n + c is the displacement of node n along axis c.
+/// K and M of a free body. Unknown 3n + c is the displacement of node n along axis c, or that of
+/// [`across_walls`](super::across_walls).
 #[derive(Clone, Debug)]
 pub struct ElasticSystem {
     /// Node positions \[m\].
@@ -26,8 +28,10 @@ pub struct ElasticSystem {
     stiffness: Vec<DMat3>,
     /// Factors of M \[kg\].
     mass: Vec<f64>,
-    /// Motions without energy, at the nodes.
+    /// Motions without energy, in the unknowns.
     rigid: Vec<Vec<DVec3>>,
+    /// Nodes whose unknowns are not their displacements.
+    columns: Columns,
     /// Unknowns that stay zero; empty if all are free.
     held: Vec<bool>,
     /// By entry: the axes along which held unknowns leave no mass; empty if all are free.
@@ -42,6 +46,8 @@ pub(crate) struct Elements<'a, E> {
     pub(crate) elements: &'a [E],
     /// Independent motions without energy, at the nodes.
     pub(crate) rigid: Vec<Vec<DVec3>>,
+    /// Nodes whose unknowns are not their displacements.
+    pub(crate) columns: Columns,
 }
 
 impl ElasticSystem {
@@ -51,6 +57,7 @@ impl ElasticSystem {
             nodes: mesh.nodes.clone(),
             elements: &mesh.elements,
             rigid: rigid_motions(&mesh.nodes).into(),
+            columns: Columns::default(),
         };
         Self::assemble(elements, |e| {
             let ElementMatrices { stiffness, mass } = element_matrices(&mesh.positions(e), constants);
@@ -82,12 +89,30 @@ impl ElasticSystem {
             }
         }
         let (held, massless) = (Vec::new(), Vec::new());
-        ElasticSystem { nodes: mesh.nodes, starts, rows, stiffness, mass, rigid: mesh.rigid, held, massless }
+        let Elements { nodes, mut rigid, columns, .. } = mesh;
+        rigid.iter_mut().for_each(|motion| columns.take_displacements(motion));
+        ElasticSystem { nodes, starts, rows, stiffness, mass, rigid, columns, held, massless }
     }
 
-    /// The same body with unknowns held at zero, and the remaining zero-energy motions. Held unknowns keep
-    /// the diagonal of the stiffness and no mass, so that they take no part in any mode.
-    pub(crate) fn holding(mut self, held: Vec<bool>, rigid: Vec<Vec<DVec3>>) -> Self {
+    /// The unknowns of displacements of the nodes.
+    pub fn unknowns_of(&self, motion: &[DVec3]) -> Vec<f64> {
+        let mut unknowns = motion.to_vec();
+        self.columns.take_displacements(&mut unknowns);
+        unknowns.iter().flat_map(|u| u.to_array()).collect()
+    }
+
+    /// The displacements of the nodes that unknowns stand for.
+    pub fn displacements(&self, unknowns: &[f64]) -> Vec<DVec3> {
+        let mut motion: Vec<DVec3> = unknowns.chunks_exact(3).map(DVec3::from_slice).collect();
+        self.columns.to_displacements(&mut motion);
+        motion
+    }
+
+    /// The same body with unknowns held at zero, and the remaining zero-energy motions at the nodes. Held
+    /// unknowns keep the diagonal of the stiffness and no mass, so that they take no part in any mode. All nodes
+    /// of a wall's column are held alike.
+    pub(crate) fn holding(mut self, held: Vec<bool>, mut rigid: Vec<Vec<DVec3>>) -> Self {
+        rigid.iter_mut().for_each(|motion| self.columns.take_displacements(motion));
         self.massless = vec![[false; 3]; self.rows.len()];
         for column in 0..self.nodes.len() {
             for entry in self.starts[column]..self.starts[column + 1] {

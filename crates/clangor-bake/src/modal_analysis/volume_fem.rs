@@ -19,6 +19,7 @@ use glam::DVec3;
 use super::mirrored_box::MirroredBox;
 use super::plate_mesh::plate_mesh;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
+use crate::fem::across_walls::Unknowns;
 use crate::fem::bricks::box_of_bricks;
 use crate::fem::prisms::{Prisms, plate_of_prisms};
 use crate::fem::supports::{Holding, Support, SupportError, SupportKind};
@@ -180,9 +181,12 @@ impl<'a> VolumeFem<'a> {
     }
 
     fn assembled(&self, mesh: &Filled) -> ElasticSystem {
+        let unknowns = if self.supports.is_empty() { Unknowns::AcrossWalls } else { Unknowns::AtNodes };
         match (&self.form, &mesh.prisms) {
-            (Filling::Block(edges), _) => box_of_bricks(&mesh.mesh, *edges, mesh.cells, self.constants),
-            (_, Some(prisms)) => plate_of_prisms(prisms, &mesh.mesh.nodes, self.constants),
+            (Filling::Block(edges), _) => {
+                box_of_bricks(&mesh.mesh, *edges, mesh.cells, self.constants, unknowns)
+            }
+            (_, Some(prisms)) => plate_of_prisms(prisms, &mesh.mesh.nodes, self.constants, unknowns),
             _ => ElasticSystem::new(&mesh.mesh, self.constants),
         }
     }

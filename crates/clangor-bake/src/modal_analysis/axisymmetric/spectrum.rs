@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::section_element::{rigid_motions, section_matrices};
 use super::section_mesh::SectionMesh;
+use crate::fem::across_walls::Columns;
 use crate::fem::{ElasticConstants, ElasticSystem, Elements};
 use crate::modal_analysis::eigensolver::{ModalError, solve};
 
@@ -74,6 +75,7 @@ fn system(mesh: &SectionMesh, constants: &ElasticConstants, order: u32) -> Elast
         nodes: mesh.nodes.iter().map(|x| x.extend(0.0)).collect(),
         elements: &mesh.elements,
         rigid: rigid_motions(&mesh.nodes, order),
+        columns: Columns::default(),
     };
     ElasticSystem::assemble(elements, |e| {
         let matrices = section_matrices(&mesh.positions(e), order, constants);

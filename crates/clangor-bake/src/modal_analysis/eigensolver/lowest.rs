@@ -91,9 +91,8 @@ fn shift(system: &ElasticSystem, constants: &ElasticConstants) -> f64 {
     let start = (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY);
     let (low, high) = system.nodes().iter().fold(start, |(low, high), x| (low.min(*x), high.max(*x)));
     let length = (high - low).max_element();
-    let size = 3 * system.node_count();
-    let mut along: Vec<f64> = (0..size).map(|i| if i % 3 == 0 { 1.0 } else { 0.0 }).collect();
-    let ones = along.clone();
+    let ones = system.unknowns_of(&vec![glam::DVec3::X; system.node_count()]);
+    let mut along = ones.clone();
     system.multiply_mass(&ones, 1, &mut along);
     let volume = dot(&ones, &along) / constants.density;
     let shear = constants.shear_modulus / constants.density;

@@ -8,7 +8,6 @@
 use std::f64::consts::TAU;
 
 use faer::Mat;
-use glam::DVec3;
 
 use super::factor::{Factor, factor};
 use super::lanczos::{BLOCK, Found, Search, pack};
@@ -289,8 +288,7 @@ impl<'a> Band<'a> {
         order.sort_by(|a, b| self.values[*a].total_cmp(&self.values[*b]));
         let mode = |k: usize| {
             let shape: Vec<f64> = self.known.col(k + self.rigid).iter().copied().collect();
-            let shape = shape.chunks_exact(3).map(DVec3::from_slice).collect();
-            Mode { frequency: frequency(self.values[k]), shape }
+            Mode { frequency: frequency(self.values[k]), shape: self.system.displacements(&shape) }
         };
         let modes = order.into_iter().map(mode).collect();
         Ok(Modes { modes, max_frequency, residual, counts, solves: self.solves })
@@ -300,6 +298,7 @@ impl<'a> Band<'a> {
 #[cfg(test)]
 mod tests {
     use clangor_core::material::presets::GLASS;
+    use glam::DVec3;
 
     use super::*;
     use crate::fem::ElasticConstants;

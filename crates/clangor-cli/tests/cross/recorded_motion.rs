@@ -262,8 +262,8 @@ fn cross_most_energy_of_rattling_coins_is_found() {
     assert!(fine.right > 0.88, "{}", fine.right);
 }
 
-/// The table of docs/guide/animation.md: `cargo test --release -p clangor-cli --test cross recorded_motion:: --
-/// --ignored --nocapture`.
+/// The table of docs/guide/animation.md: `cargo test --release -p clangor-cli --test cross recorded_motion::
+/// -- --ignored --nocapture`.
 #[test]
 #[ignore = "a minute, and prints the table of the guide"]
 fn cross_the_table_of_the_guide() {

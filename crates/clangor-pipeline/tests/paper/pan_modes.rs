@@ -2,8 +2,8 @@
 //! repair.
 //!
 //! The files are not ours to ship: `CLANGOR_SHARED=FOLDER cargo test --release -p clangor-pipeline --test
-//! paper pan_modes:: -- --ignored` looks for `bowl.obj` and `coin.obj` in its folder `meshes`. \[PAN\] Table 1
-//! has 2.00 kHz and 10.07 kHz for the first modes, from linear elements, which are too stiff.
+//! paper pan_modes:: -- --ignored` looks for `bowl.obj` and `coin.obj` in its folder `meshes`. \[PAN\] Table
+//! 1 has 2.00 kHz and 10.07 kHz for the first modes, from linear elements, which are too stiff.
 
 use std::ops::ControlFlow;
 use std::path::Path;

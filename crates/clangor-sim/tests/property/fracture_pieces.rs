@@ -233,7 +233,7 @@ fn three_hundred_fractures() {
 }
 
 #[test]
-#[ignore = "three minutes: cargo test --release -p clangor-sim --test property fracture_pieces:: -- --ignored"]
+#[ignore = "3 min: cargo test --release -p clangor-sim --test property fracture_pieces:: -- --ignored"]
 fn ten_thousand_fractures() {
     fracture_many(10_000, 2);
 }

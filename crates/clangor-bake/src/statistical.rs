@@ -59,7 +59,7 @@ use synthetic_modes::{Anchor, synthetic_modes};
 pub use synthetic_modes::PER_THIRD_OCTAVE;
 
 /// Expected error of a third of an octave \[dB\], in the mean over places and listeners
-/// (`cross_statistical`).
+/// (tests/cross/statistical.rs).
 pub const SPREAD_DB: f64 = 2.0;
 /// σ from which a body counts as radiating like a large one.
 const LARGE: f64 = 0.7;

@@ -222,7 +222,7 @@ impl Shape {
     /// The convex parts whose union collides, in the frame of the mesh.
     ///
     /// Spheres, boxes, sharp dice, cylinders, rocks, prisms and shards are exact. The surface of the others
-    /// is off by at most, measured by `tests/property_shape_meshes.rs`: ellipsoid 0.9 % of the largest
+    /// is off by at most, measured by `tests/property/shape_meshes.rs`: ellipsoid 0.9 % of the largest
     /// semi-axis; die 3.4 % of its rounding; torus 0.8 % of its outer radius; bowl 1.1 mm, plate 0.4 mm, mug
     /// 0.6 mm, wineglass 1 mm, moneybox 1 mm, key ring and key 0.1 mm.
     pub fn parts(&self) -> Vec<ConvexPart> {

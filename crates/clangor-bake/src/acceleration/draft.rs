@@ -8,7 +8,7 @@
 //! The band ends where edges are [`EDGES_PER_WAVE`] to a wave, or where frequencies would be too many. Above
 //! it the pattern is that of its last frequency, and falls as 1/f: a surface in motion has then the pressure
 //! ρc v of a plane wave, so that an acceleration gives p ∝ 1/ω. Third octaves against exact fields:
-//! tests/cross_draft.rs.
+//! tests/cross/draft.rs.
 //!
 //! Not within any accuracy: creases and rounded edges are as coarse as the triangles.
 

@@ -248,7 +248,7 @@ fn unknowns(patches: &[Patch]) -> usize {
     patches.iter().map(Patch::count).sum()
 }
 
-/// Patch resolution for an accuracy, in units of R. Measured: `tests/converge_symmetric_patches.rs`.
+/// Patch resolution for an accuracy, in units of R. Measured: `tests/converge/symmetric_patches.rs`.
 ///
 /// A patch of an ellipsoid bends by 45° and stretches; those of a box are flat or small.
 fn resolution(kappa: f64, accuracy: f64, is_box: bool) -> Resolution {

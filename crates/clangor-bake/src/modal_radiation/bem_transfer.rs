@@ -20,7 +20,7 @@
 //!
 //! The power is too low by 0.2 % with nine edges per wavelength and by 1.7 % with five; six are used, and
 //! fewer for bodies of many unknowns. The error grows with k^3.5 (spheres of 1280 triangles, n ≤ 5;
-//! tests/analytic_modal_sphere_flat.rs).
+//! tests/analytic/modal_sphere_flat.rs).
 
 use std::ops::ControlFlow;
 

@@ -13,7 +13,7 @@ use crate::quadrature::gauss_legendre;
 
 /// Angle \[rad\] between two pieces above which their joint is an edge. At a joint of an angle θ the pressure
 /// has a part of the order θ² r ln r. Panels without grading follow it to 8e-8 on a ball of lines with joints
-/// of 0.1 rad (tests/converge_axisymmetric.rs). Sections fitted to meshes have many such joints.
+/// of 0.1 rad (tests/converge/axisymmetric.rs). Sections fitted to meshes have many such joints.
 const EDGE: f64 = 0.1;
 
 /// Largest bending angle \[rad\] of a panel.

@@ -19,7 +19,7 @@
 //!
 //! Each pole takes the ray, of three, that is farthest from its t₊: the sum does not depend on it. Amplitudes
 //! change little from one direction to a near one, and impacts blend two that are kept. Measured against the
-//! integral over slownesses: 2.3e-3 (`tests/cross_ground.rs`).
+//! integral over slownesses: 2.3e-3 (`tests/cross/ground.rs`).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

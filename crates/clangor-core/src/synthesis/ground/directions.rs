@@ -3,7 +3,7 @@
 //! A direction costs some milliseconds. An impact between two grid angles blends their amplitudes with its
 //! own arrivals, which costs microseconds. The grid is even except near the horizon, where waves that decay
 //! with height change fast: the index of a direction at the elevation ε is v(ε) = ε/h + ln(1 + ε/ε₀)/κ. The
-//! error of blending is measured in `tests/cross_ground.rs`.
+//! error of blending is measured in `tests/cross/ground.rs`.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;

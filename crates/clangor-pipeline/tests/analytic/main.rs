@@ -1,0 +1,14 @@
+//! Closed forms: what is computed equals them.
+
+#[path = "../falling_balls/mod.rs"]
+mod falling_balls;
+#[expect(dead_code, reason = "parts of it are for other tests")]
+#[path = "../parquet_columns/mod.rs"]
+mod parquet_columns;
+
+mod ground_render;
+mod listed_flights;
+mod motion_impacts;
+mod plate_impacts;
+mod scene_supports;
+mod thin_panes;

@@ -1,0 +1,10 @@
+//! Cross-checks: two independent methods agree.
+
+mod audio_draft;
+mod compare;
+mod glb;
+mod live_body;
+mod modal_proxy;
+mod pan_sound;
+mod proxy_mean;
+mod recorded_boxes;

@@ -1,0 +1,32 @@
+//! Properties: invariants that hold for any input.
+
+#[path = "../imported_motion/mod.rs"]
+mod imported_motion;
+#[expect(dead_code, reason = "parts of it are for other tests")]
+#[path = "../parquet_columns/mod.rs"]
+mod parquet_columns;
+#[path = "../timelines/mod.rs"]
+mod timelines;
+
+mod audio_rigid_bodies;
+mod births;
+mod collision_parts;
+mod contact_list;
+mod damaged_timelines;
+mod datasets;
+mod exact_forms;
+mod field_plot;
+mod implicit_bodies;
+mod lasting_contacts;
+mod long_recordings;
+mod mesh_file_class;
+mod mesh_reader;
+mod modal_cache;
+mod mode_plot;
+mod model_options;
+mod motion_input;
+mod quiet_end;
+mod recorded_motion;
+mod timeline_file;
+mod timeline_forces;
+mod wav;

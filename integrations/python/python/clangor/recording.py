@@ -1,8 +1,8 @@
 """A recorded run as a timeline: bodies, poses and impacts of another simulator, which a session renders.
 
 The scene is simulated for one millisecond, which writes surfaces and materials as `docs/format/timeline.md`
-says; then the recorded poses and impacts replace its tables. Mass and inertia are the simulator's. Vectors
-turn from z up to y up: (x, y, z) becomes (x, z, -y). No dynamics is computed here.
+says; then recorded poses and impacts replace its tables. Mass, its centre and inertia are the simulator's.
+Vectors turn from z up to y up: (x, y, z) becomes (x, z, -y). No dynamics is computed here.
 """
 
 from __future__ import annotations
@@ -53,6 +53,8 @@ class BodyShape:
     """A body: `shape` or `mesh` of a scene file, material, mass [kg] (0: fixed), first pose (z up).
 
     `inertia` [kg m²] (3, 3) about the centre of mass, in the axes of the shape; None: that of the shape.
+    `centre` is the centre of mass [m] in the coordinates of the shape or mesh; None: that of the solid. A
+    pose is that of the centre of mass; of a body that does not move, that of the origin of the coordinates.
     """
 
     name: str
@@ -63,6 +65,7 @@ class BodyShape:
     rotation: Floats
     plane: bool = False
     inertia: Floats | None = None
+    centre: Floats | None = None
 
 
 @dataclass
@@ -127,12 +130,23 @@ def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> st
             lines += [f"normal = {normal.tolist()}", f"point = {up(body.position).tolist()}"]
             continue
         turn = quaternion(_TURN @ body.rotation).tolist()
-        lines += [body.surface, f"position = {up(body.position).tolist()}"]
+        key = "position" if body.mass > 0.0 else "origin"
+        lines += [body.surface, f"{key} = {up(body.position).tolist()}"]
         lines += [f"orientation = {{ quaternion = {turn} }}"]
-        lines += ['motion = "fixed"'] if body.mass == 0.0 else []
+        lines += ['motion = "fixed"'] if body.mass == 0.0 else _mass_lines(body)
     for place in listeners:
         lines += ["[[listener]]", f"position = {[float(x) for x in place]}"]
     return "\n".join(lines) + "\n"
+
+
+def _mass_lines(body: BodyShape) -> list[str]:
+    """Mass, centre of mass and inertia of a moving body; an inertia with a moment of 0 is left out."""
+    lines = [f"mass = {float(body.mass)!r}"]
+    if body.centre is not None:
+        lines.append(f"centre_of_mass = {body.centre.tolist()}")
+    if body.inertia is not None and np.linalg.eigvalsh(body.inertia)[0] > 0.0:
+        lines.append(f"inertia = {(0.5 * (body.inertia + body.inertia.T)).tolist()}")
+    return lines
 
 
 def open_session(
@@ -168,7 +182,6 @@ def write_timeline(
     head = folder / "timeline.json"
     header: dict[str, Any] = json.loads(head.read_text())
     index = {body["name"]: k for k, body in enumerate(header["bodies"])}
-    _set_masses(header, recording)
     for name, table in (("contacts", _contacts(recording, index)), ("poses", _poses(recording, index))):
         parquet.write_table(table, folder / f"{name}.parquet", compression="zstd")
         header[name] = {"rows": table.num_rows}
@@ -180,19 +193,6 @@ def write_timeline(
     )
     header.pop("scene", None)
     head.write_text(json.dumps(header))
-
-
-def _set_masses(header: dict[str, Any], recording: Recording) -> None:
-    """Mass and inertia are the simulator's; without an inertia, that of the shape is scaled by the mass."""
-    moving = {body.name: body for body in recording.bodies if body.mass > 0.0}
-    for row in header["bodies"]:
-        body = moving.get(row["name"])
-        if body is None:
-            continue
-        inertia = np.array(row["inertia"]) * (body.mass / row["mass"])
-        if body.inertia is not None:
-            inertia = body.inertia.reshape(inertia.shape)
-        row["inertia"], row["mass"] = inertia.tolist(), body.mass
 
 
 def _table(columns: dict[str, npt.NDArray[Any]], vectors: dict[str, tuple[str, list[Floats]]]) -> Any:

@@ -1,7 +1,7 @@
 """Closed surfaces of triangles: balls, boxes, capsules, cylinders, hulls and unions, written as OBJ files.
 
 Surfaces of revolution have 48 sides, at most r (1 - cos(pi / 48)) = 0.2 % of the radius inside the round
-one. Parts of one body that leave gaps are joined by bars, since a body is one solid. Hulls and unions need
+one. Parts of one body that leave gaps are joined, since a body is one solid. Hulls and unions need
 the package `manifold3d`. Meshes are not mended here.
 """
 
@@ -32,6 +32,8 @@ __all__ = [
 AXIS_Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Turns the axis of a shape of revolution, y, into that of simulators, z."""
 _SIDES = 48
+_TOUCH = 0.02
+"""Gap of parts that touch, as a share of the least extent of the smaller one."""
 _CENTRE = 1e-6
 """Distance of the centre of mass from that of a shape, over the bounding radius, that is rounding."""
 Triangles = tuple[Floats, Any]
@@ -76,7 +78,8 @@ def capsule(radius: float, half: float) -> Triangles:
 def union(meshes: list[Triangles], name: str) -> Triangles:
     """The union of solids; an open surface is taken as its convex hull.
 
-    Where the solids leave gaps, bars join them, with a warning. Errors: ValueError names the body.
+    Solids that just touch are made one. Wider gaps are bridged by bars, with a warning. Errors: ValueError
+    names the body.
     """
     manifold3d = _manifold3d(name)
     solid = manifold3d.Manifold()
@@ -85,14 +88,24 @@ def union(meshes: list[Triangles], name: str) -> Triangles:
     pieces = sorted(solid.decompose(), key=lambda piece: -float(piece.volume()))
     if not pieces:
         raise ValueError(f"{name}: its surface has no volume")
-    if len(pieces) > 1:
-        warnings.warn(f"{name}: its {len(pieces)} parts do not touch; bars join them", stacklevel=7)
-    whole = pieces.pop(0)
+    whole, bars = pieces.pop(0), 0
     while pieces:
-        gaps = [whole.min_gap(piece, _extents(whole + piece).sum()) for piece in pieces]
+        gaps = [float(whole.min_gap(piece, _extents(whole + piece).sum())) for piece in pieces]
         part = pieces.pop(int(np.argmin(gaps)))
-        whole = whole + part + _bar(manifold3d, whole, part, min(gaps))
+        grown = whole + _swollen(part, min(gaps))
+        if min(gaps) > _TOUCH * _extents(part).min() or len(grown.decompose()) > 1:
+            grown, bars = whole + part + _bar(manifold3d, whole, part, min(gaps)), bars + 1
+        whole = grown
+    if bars:
+        warnings.warn(f"{name}: {bars} of its parts do not touch the others; bars join them", stacklevel=7)
     return _taken(whole)
+
+
+def _swollen(part: Any, gap: float) -> Any:
+    """The part, larger by a gap [m] and a thousandth of its least extent on all sides."""
+    extents, around = _extents(part), np.array(part.bounding_box()).reshape(2, 3)
+    centre, factors = around.mean(axis=0), 1.0 + 2.0 * (gap + 1e-3 * extents.min()) / extents
+    return part.translate(tuple(-centre)).scale(tuple(factors)).translate(tuple(centre))
 
 
 def _extents(solid: Any) -> Floats:
@@ -116,7 +129,7 @@ def _bar(manifold3d: Any, whole: Any, part: Any, gap: float) -> Any:
 def hull(points: Floats, name: str) -> Triangles:
     """The convex hull of points (n, 3) [m]. Errors: ValueError names the body if they are in one plane."""
     found = _manifold3d(name).Manifold.hull_points(np.ascontiguousarray(points))
-    if found.is_empty():
+    if found.is_empty() or found.volume() < 1e-9 * _extents(found).max() ** 3:
         raise ValueError(f"{name}: its surface has no volume")
     return _taken(found)
 

@@ -1,4 +1,4 @@
-"""Bodies whose centre of mass is not that of their shape: a weighted die in both simulators, robots of MuJoCo."""
+"""Bodies whose centre of mass is not that of their shape: a weighted die in both simulators, and robots."""
 
 import json
 import warnings
@@ -13,10 +13,11 @@ INERTIA = np.array([4e-7, 5e-7, 6e-7])
 STEP, SECONDS = 0.00025, 0.3
 XML = """<mujoco><option gravity="0 0 -9.80665" timestep="0.00025"/>
 <default><geom solref="0.002 0.215" solimp="0.95 0.99 0.001"/></default><worldbody>
-<geom name="floor" type="plane" size="1 1 .1"/><body name="die" pos="0 0 .1" quat="0.9 0.3 0.2 0.1"><freejoint/>
+<geom name="floor" type="plane" size="1 1 .1"/>
+<body name="die" pos="0 0 .1" quat="0.9 0.3 0.2 0.1"><freejoint/>
 <inertial pos="{away}" mass="0.01" diaginertia="4e-7 5e-7 6e-7"/>{geoms}</body></worldbody></mujoco>"""
 CUBE = '<geom type="box" size=".008 .008 .008"/>'
-PARTS = '<geom type="box" size=".008 .008 .004" pos="0 0 -.004"/><geom type="box" size=".008 .008 .004" pos="0 0 .004"/>'
+PARTS = "".join(f'<geom type="box" size=".008 .008 .004" pos="0 0 {z}"/>' for z in (-0.004, 0.004))
 
 
 def mujoco_die(geoms):
@@ -59,9 +60,12 @@ def pybullet_die():
 
 
 def vertices(folder, row):
-    """Vertices [m] of a body of a timeline about its centre of mass, in the axes of its pose, z up."""
-    lines = (folder / row["surface"]["file"]).read_text().splitlines()
-    return np.array([line.split()[1:4] for line in lines if line.startswith("v ")], float)
+    """Vertices [m] of a body of a timeline about its centre of mass, in the axes of its pose."""
+    file = folder / "meshes" / f"{row['surface']['mesh']['hash']}.ply"
+    head, _, data = file.read_bytes().partition(b"end_header\n")
+    words = head.decode().split()
+    count, columns = int(words[words.index("vertex") + 1]), words.count("double")
+    return np.frombuffer(data, "<f8", count * columns).reshape(count, columns)[:, :3]
 
 
 @pytest.mark.parametrize("made", ["mujoco box", "mujoco two boxes", "pybullet box"])
@@ -84,12 +88,16 @@ def test_a_weighted_die_keeps_its_mass_centre_and_inertia_and_is_heard(made):
     (row,) = [row for row in rows if row["name"] == body.name]
     assert row["mass"] == pytest.approx(MASS)
     assert np.array(row["inertia"]).reshape(3, 3) == pytest.approx(np.diag(INERTIA), rel=1e-6, abs=1e-12)
-    print(row)
+    points = vertices(folder, row)
+    low, high = points.min(axis=0) + AWAY, points.max(axis=0) + AWAY
+    # The touching halves of two boxes overlap by 4e-6 m.
+    print("corners of the cube:", low, high, "bar 2e-5 m")
+    assert low == pytest.approx([-HALF] * 3, abs=2e-5) and high == pytest.approx([HALF] * 3, abs=2e-5)
 
 
 @pytest.mark.parametrize("name", ["humanoid", "ant", "half_cheetah", "hopper", "walker2d", "pusher"])
 def test_robots_of_gymnasium_are_recorded(name):
-    """Capsules that overlap count twice in MuJoCo's mass: no body has its centre of mass in that of its shape."""
+    """Where capsules overlap, MuJoCo counts their mass twice: centres of mass are not those of unions."""
     mujoco = pytest.importorskip("mujoco")
     gymnasium = pytest.importorskip("gymnasium")
     pytest.importorskip("manifold3d")

@@ -84,7 +84,7 @@ def joint_rows(recorder, name):
 
 
 def momentum_errors(recorder):
-    """Per moving body: |sum of J + m g T - m dv| of its rows over the largest |m (v(t) - v(0))| of the run."""
+    """Per moving body: |sum of J + m g T - m dv| of its rows over the largest |m (v(t) - v(0))|."""
     rows, found = recorder.recording.impacts + recorder.recording.lasting, {}
     for body in recorder.recording.bodies:
         if body.mass == 0.0:
@@ -216,7 +216,7 @@ def test_the_hinge_rows_of_a_double_pendulum_are_those_of_its_equations(client, 
     wanted = hinge_forces(np.arange(round(0.5 / step)) * step)
     for link in range(2):
         found = joint_rows(recorder, f"body-{made}-link-{link}")[:, [0, 2]] / step
-        # Bullet turns a positive angle about y to -x; the force of a step is that in its middle, half one later.
+        # Bullet turns a positive angle about y to -x; the force of a step is the mean of that at its ends.
         theirs = 0.5 * (wanted[:-1, link] + wanted[1:, link]) * np.array([-1.0, 1.0])
         error = np.abs(found[:-1] - theirs).max() / np.abs(theirs).max()
         print(f"hinge {link}, {step} s: {error:.1e} of the largest force, bar {bar}")
@@ -231,7 +231,8 @@ def test_fixed_joints_make_one_body_with_mass_and_inertia_of_all(client):
     masses = np.array([pybullet.getDynamicsInfo(made, k)[0] for k in range(-1, 3)])
     places = [pybullet.getBasePositionAndOrientation(made)[0]]
     places += [pybullet.getLinkState(made, k, computeForwardKinematics=1)[0] for k in range(3)]
-    centre, last = masses @ np.array(places) / masses.sum(), recorder._bodies.state(recorder._bodies.bodies[0])
+    last = recorder._bodies.state(recorder._bodies.bodies[0])
+    centre = masses @ np.array(places) / masses.sum()
     print("centre", np.abs(last.place - centre).max(), "m, bar 1e-9")
     assert body.mass == pytest.approx(0.85) and np.abs(last.place - centre).max() < 1e-9
     spread = sum(m * np.sum((np.array(p) - centre) ** 2) for m, p in zip(masses, places))

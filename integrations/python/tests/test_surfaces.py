@@ -1,4 +1,4 @@
-"""Unions of solids that overlap, touch or leave a gap, and of open surfaces, against volumes of closed form."""
+"""Unions of solids that overlap, touch or leave a gap, and open surfaces, against volumes in closed form."""
 
 import warnings
 

@@ -331,3 +331,19 @@ def test_links_may_have_materials_of_their_own(client):
     recorder = recorded(client, {board: "wood", made: "steel", (made, 2): "glass"}, 0.01, 0.001)
     found = {body.name: body.material for body in recorder.recording.bodies}
     assert found[f"body-{made}-link-2"] == "glass" and found[f"body-{made}-link-1"] == "steel"
+
+
+def test_planes_have_the_normal_and_place_of_their_shape(client):
+    tilted = pybullet.createCollisionShape(pybullet.GEOM_PLANE, planeNormal=[0.6, 0.0, 0.8])
+    slab = pybullet.createCollisionShape(pybullet.GEOM_BOX, halfExtents=[0.5, 20.0, 20.0])
+    turn = turned(0.0, np.pi / 2 + 0.1, 0.0)
+    made = [pybullet.createMultiBody(0, tilted, basePosition=[0, 0, -3])]
+    made.append(pybullet.createMultiBody(0, slab, basePosition=[0, 0, -1], baseOrientation=turn))
+    made.append(pybullet.createMultiBody(1, pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=0.1)))
+    recorder = recorded(client, {body: "wood" for body in made}, 0.001, 0.001)
+    first, second = recorder.recording.bodies[:2]
+    assert first.plane and second.plane
+    assert first.rotation[:, 2] == pytest.approx([0.6, 0.0, 0.8])
+    normal = np.array([np.sin(0.1), 0.0, np.cos(0.1)])
+    assert second.rotation[:, 2] == pytest.approx(normal)
+    assert second.position == pytest.approx(np.array([0, 0, -1]) + 0.5 * normal)

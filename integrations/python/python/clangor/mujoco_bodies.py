@@ -16,8 +16,8 @@ from typing import Any
 import mujoco  # type: ignore[import-untyped]
 import numpy as np
 
-from .material_pairs import Material, check_material
 from .joint_impulses import Joints, Link
+from .material_pairs import Material, check_material
 from .mujoco_shapes import geom_surface, union_surface
 from .recorded_run import State
 from .recording import BodyShape, Floats, cross

@@ -89,19 +89,26 @@ def _part(client: int, link: tuple[int, int], k: int, row: Any, fixed: bool, nam
     elif kind == pybullet.GEOM_CAPSULE:
         line, mesh = "", capsule(size[1], 0.5 * size[0])
     elif kind == pybullet.GEOM_PLANE:
-        return Part("", box(np.ones(3)), place, turn, turn, True)
+        return _plane(place, turn @ np.array(size, float))
     else:
         raise ValueError(f"{name}: shapes of kind {kind} cannot be recorded")
     return Part(line, mesh, place, turn, turn)
 
 
 def _floor(client: int, link: tuple[int, int], place: Floats, turn: Floats, size: Floats) -> Part:
-    """A plane at the upper face of a box; its z axis is the normal."""
+    """A plane at the upper face of a box."""
     upright = rotation(_pose(client, link)[1]) @ turn
     k = int(np.abs(upright[2]).argmax())
     normal = turn[:, k] * np.sign(upright[2, k])
-    axes = np.stack([turn[:, (k + 1) % 3], np.cross(normal, turn[:, (k + 1) % 3]), normal], axis=1)
-    return Part("", box(np.ones(3)), place + 0.5 * size[k] * normal, axes, axes, True)
+    return _plane(place + 0.5 * size[k] * normal, normal)
+
+
+def _plane(point: Floats, normal: Floats) -> Part:
+    """A plane; z of its axes is the normal."""
+    across = np.cross(normal, np.eye(3)[int(np.abs(normal).argmin())])
+    across /= np.linalg.norm(across)
+    axes = np.stack([across, np.cross(normal, across), normal], axis=1)
+    return Part("", box(np.ones(3)), point, axes, axes, True)
 
 
 def _mesh(

@@ -90,7 +90,7 @@ def test_a_weighted_die_keeps_its_mass_centre_and_inertia_and_is_heard(made):
     assert np.array(row["inertia"]).reshape(3, 3) == pytest.approx(np.diag(INERTIA), rel=1e-6, abs=1e-12)
     points = vertices(folder, row)
     low, high = points.min(axis=0) + AWAY, points.max(axis=0) + AWAY
-    # The touching halves of two boxes overlap by 4e-6 m.
+    # Parts of a union grow by up to 8e-6 m.
     print("corners of the cube:", low, high, "bar 2e-5 m")
     assert low == pytest.approx([-HALF] * 3, abs=2e-5) and high == pytest.approx([HALF] * 3, abs=2e-5)
 

@@ -32,6 +32,8 @@ __all__ = [
 AXIS_Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Turns the axis of a shape of revolution, y, into that of simulators, z."""
 _SIDES = 48
+_APART = 5e-4
+"""Share of the least extent by which parts grow, each by another one: none touch in a line or point."""
 _TOUCH = 0.02
 """Gap of parts that touch, as a share of the least extent of the smaller one."""
 _CENTRE = 1e-6
@@ -83,8 +85,9 @@ def union(meshes: list[Triangles], name: str) -> Triangles:
     """
     manifold3d = _manifold3d(name)
     solid = manifold3d.Manifold()
-    for mesh in meshes:
-        solid += _solid(manifold3d, mesh) or manifold3d.Manifold.hull_points(np.ascontiguousarray(mesh[0]))
+    for k, mesh in enumerate(meshes):
+        part = _solid(manifold3d, mesh) or manifold3d.Manifold.hull_points(np.ascontiguousarray(mesh[0]))
+        solid += _swollen(part, _APART * (1.0 + k / len(meshes))) if not part.is_empty() else part
     pieces = sorted(solid.decompose(), key=lambda piece: -float(piece.volume()))
     if not pieces:
         raise ValueError(f"{name}: its surface has no volume")
@@ -92,7 +95,7 @@ def union(meshes: list[Triangles], name: str) -> Triangles:
     while pieces:
         gaps = [float(whole.min_gap(piece, _extents(whole + piece).sum())) for piece in pieces]
         part = pieces.pop(int(np.argmin(gaps)))
-        grown = whole + _swollen(part, min(gaps))
+        grown = whole + _swollen(part, 2.0 * _APART, min(gaps))
         if min(gaps) > _TOUCH * _extents(part).min() or len(grown.decompose()) > 1:
             grown, bars = whole + part + _bar(manifold3d, whole, part, min(gaps)), bars + 1
         whole = grown
@@ -101,10 +104,10 @@ def union(meshes: list[Triangles], name: str) -> Triangles:
     return _taken(whole)
 
 
-def _swollen(part: Any, gap: float) -> Any:
-    """The part, larger by a gap [m] and a thousandth of its least extent on all sides."""
+def _swollen(part: Any, share: float, gap: float = 0.0) -> Any:
+    """The part, larger by a share of its least extent and a gap [m] on all sides."""
     extents, around = _extents(part), np.array(part.bounding_box()).reshape(2, 3)
-    centre, factors = around.mean(axis=0), 1.0 + 2.0 * (gap + 1e-3 * extents.min()) / extents
+    centre, factors = around.mean(axis=0), 1.0 + 2.0 * (gap + share * extents.min()) / extents
     return part.translate(tuple(-centre)).scale(tuple(factors)).translate(tuple(centre))
 
 

@@ -23,6 +23,8 @@ from .material_pairs import Material, material_key, material_table
 Floats = npt.NDArray[np.float64]
 _TURN = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 _WORLD = 4294967295
+_LIFT = 100.0
+"""Height [m] between bodies in the scene that writes their surfaces."""
 _KEPT: list[tempfile.TemporaryDirectory[str]] = []
 
 
@@ -112,7 +114,10 @@ def quaternion(rotation: Floats) -> Floats:
 
 
 def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> str:
-    """The scene (TOML) of the bodies at their first poses; listeners have y up [m]."""
+    """The scene (TOML) of the bodies; listeners have y up [m].
+
+    Bodies that move are lifted apart, since links overlap, which a scene may not; see `_put_back`.
+    """
     lines = ["version = 1", f"gravity = {up(recording.gravity).tolist()}"]
     names: dict[str, str] = {}
     for body in recording.bodies:
@@ -122,7 +127,7 @@ def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> st
         elif key not in names:
             names[key] = f"custom-{len(names) + 1}"
             lines += material_table(names[key], body.material)
-    for body in recording.bodies:
+    for k, body in enumerate(recording.bodies):
         lines += ["[[plane]]" if body.plane else "[[body]]", f"name = {json.dumps(body.name)}"]
         lines += [f"material = {json.dumps(names[material_key(body.material)])}"]
         if body.plane:
@@ -130,8 +135,8 @@ def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> st
             lines += [f"normal = {normal.tolist()}", f"point = {up(body.position).tolist()}"]
             continue
         turn = quaternion(_TURN @ body.rotation).tolist()
-        key = "position" if body.mass > 0.0 else "origin"
-        lines += [body.surface, f"{key} = {up(body.position).tolist()}"]
+        key, lift = ("position", _LIFT * (k + 1)) if body.mass > 0.0 else ("origin", 0.0)
+        lines += [body.surface, f"{key} = {(up(body.position) + [0.0, lift, 0.0]).tolist()}"]
         lines += [f"orientation = {{ quaternion = {turn} }}"]
         lines += ['motion = "fixed"'] if body.mass == 0.0 else _mass_lines(body)
     for place in listeners:
@@ -182,6 +187,7 @@ def write_timeline(
     head = folder / "timeline.json"
     header: dict[str, Any] = json.loads(head.read_text())
     index = {body["name"]: k for k, body in enumerate(header["bodies"])}
+    _put_back(header, recording)
     for name, table in (("contacts", _contacts(recording, index)), ("poses", _poses(recording, index))):
         parquet.write_table(table, folder / f"{name}.parquet", compression="zstd")
         header[name] = {"rows": table.num_rows}
@@ -193,6 +199,14 @@ def write_timeline(
     )
     header.pop("scene", None)
     head.write_text(json.dumps(header))
+
+
+def _put_back(header: dict[str, Any], recording: Recording) -> None:
+    """Moving bodies begin at their first poses."""
+    first = {body.name: body for body in recording.bodies if body.mass > 0.0}
+    for row in header["bodies"]:
+        if row["name"] in first:
+            row["position"] = up(first[row["name"]].position).tolist()
 
 
 def _table(columns: dict[str, npt.NDArray[Any]], vectors: dict[str, tuple[str, list[Floats]]]) -> Any:

@@ -211,20 +211,3 @@ def test_what_cannot_be_recorded_is_refused_by_name(client):
         cp.Recorder(client, {7: "steel"})
     with pytest.raises(ValueError, match=r"materials\[1\]: no preset is called 'unobtainium'"):
         cp.Recorder(client, {floor: "granite", ball: "unobtainium"})
-    shape = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=0.01)
-    pybullet.createMultiBody(
-        1.0,
-        shape,
-        linkMasses=[1.0],
-        linkCollisionShapeIndices=[shape],
-        linkVisualShapeIndices=[-1],
-        linkPositions=[[0, 0, 0.1]],
-        linkOrientations=[[0, 0, 0, 1]],
-        linkInertialFramePositions=[[0, 0, 0]],
-        linkInertialFrameOrientations=[[0, 0, 0, 1]],
-        linkParentIndices=[0],
-        linkJointTypes=[pybullet.JOINT_REVOLUTE],
-        linkJointAxis=[[0, 1, 0]],
-    )
-    with pytest.raises(ValueError, match="body 2.*: bodies with links cannot be recorded"):
-        cp.Recorder(client, {floor: "granite", ball: "steel", 2: "steel"})

@@ -15,14 +15,12 @@ from typing import Any
 import mujoco  # type: ignore[import-untyped]
 import numpy as np
 
-from .impacts import Load
 from .material_pairs import Material
 from .mujoco_bodies import Bodies
-from .mujoco_contacts import Contacts, Push
-from .mujoco_joints import Joints
+from .mujoco_contacts import Contacts, GeomPush
 from .mujoco_restitution import hear_as
-from .recorded_run import RecordedRun, State
-from .recording import Floats, Impact, Recording
+from .recorded_run import Push, RecordedRun
+from .recording import Recording
 
 __all__ = ["Recorder", "hear_as"]
 
@@ -51,63 +49,30 @@ class Recorder(RecordedRun):
         self._bodies = Bodies(model, data, materials or {}, Path(self._folder.name))
         self._material = {shape.name: shape.material for shape in self._bodies.shapes}
         self._moving = [body for body in self._bodies.bodies if body.root]
-        self._mass = {body.name: body.mass for body in self._bodies.bodies}
-        self._joints = Joints(self._bodies)
+        self._reach = {body.name: body.reach for body in self._bodies.bodies}
+        self._joints = self._bodies.joints()
         self._start = float(data.time)
         step = float(model.opt.timestep)
         self.recording = Recording(self._bodies.shapes, np.array(model.opt.gravity), step)
-        self.ledger: list[tuple[float, str, float, float]] = []
-        """Per step and moving body: time [s], name, |sum of J + m g dt - m dv| and |m dv| [N s].
-
-        With joints, J holds their impulses, and only bodies on free joints leave a difference.
-        """
 
     def step(self) -> None:
         """One `mj_step`, recorded. Errors: RuntimeError after `stop`."""
         self._check_running()
-        m, d = self.model, self.data
-        time, dt = float(d.time) - self._start, float(m.opt.timestep)
-        self._bodies.read(d)
+        time = float(self.data.time) - self._start
+        self._bodies.read(self.data)
         before = {body.name: self._bodies.state(body) for body in self._bodies.bodies}
         if self._joints.there:
             self._joints.start()
-        pushes = self._contacts.step(d)
-        self._bodies.read(d)
+        pushes = [found for push in self._contacts.step(self.data) for found in self._between(push)]
+        self._bodies.read(self.data)
         after = {body.name: self._bodies.state(body) for body in self._moving}
-        change = {name: after[name].velocity - before[name].velocity for name in after}
-        for name in after:
-            s = before[name]
-            self.recording.poses.append((time, name, s.place, s.rotation, s.velocity, s.spin))
-        total = {name: np.zeros(3) for name in after}
-        loads = [load for push in pushes for load in self._load(push, time, before, total)]
-        self._touches.step(loads)
-        self._keep(self._touches.closed, after.get)
-        rest = {n: total[n] + self._mass[n] * (m.opt.gravity * dt - change[n]) for n in total}
-        if self._joints.there:
-            rows, rest = self._joints.finish(time, dt, total, self.recording.gravity)
-            self._touches.lasting += rows
-        for n in total:
-            sizes = float(np.linalg.norm(rest[n])), self._mass[n] * float(np.linalg.norm(change[n]))
-            self.ledger.append((time, n, *sizes))
+        self._add_step(time, pushes, before, after)
 
-    def _load(
-        self, push: Push, time: float, before: dict[str, State], total: dict[str, Floats]
-    ) -> list[Load]:
-        """The load of a contact, if it pushes; its impulse is added to `total`."""
-        dt, known = float(self.model.opt.timestep), self._bodies.of_geom
-        if push.first not in known or push.second not in known:
+    def _between(self, push: GeomPush) -> list[Push]:
+        """The contact of recorded bodies of which one moves, if it is one."""
+        a, b = (self._bodies.of_geom.get(g) for g in (push.second, push.first))
+        if a is None or b is None or not (a.root or b.root):
             return []
-        a, b, impulse, normal = known[push.second], known[push.first], push.impulse, push.normal
-        if not a.root:
-            a, b, impulse, normal = b, a, -impulse, -normal
-        for body, sign in ((a, 1.0), (b, -1.0)):
-            if body.root:
-                total[body.name] += sign * impulse
-        if not float(impulse @ normal) > 0.0 or a is b:
-            return []
-        point = push.point
-        speed = before[a.name].velocity_at(point) - before[b.name].velocity_at(point)
-        impact = Impact(time, a.name, b.name, point, normal, impulse, speed, dt)
-        local = before[a.name].rotation.T @ (point - before[a.name].place)
-        weight = float(np.linalg.norm(self.model.opt.gravity)) * a.mass * dt
-        return [Load((a.name, b.name), impact, local, 0.5 * a.reach, weight)]
+        if a.root:
+            return [Push(a.name, b.name, push.point, push.normal, push.impulse)]
+        return [Push(b.name, a.name, push.point, -push.normal, -push.impulse)]

@@ -8,7 +8,7 @@ simulator's own `MjData` is only read. Forces are not computed here.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,15 +16,14 @@ from typing import Any
 import mujoco  # type: ignore[import-untyped]
 import numpy as np
 
+from .joint_impulses import Joints, Link
 from .material_pairs import Material, check_material
-from .mujoco_shapes import AXIS_Y_TO_Z, geom_surface, mesh_centre, union_surface
+from .mujoco_shapes import geom_surface, union_surface
 from .recorded_run import State
 from .recording import BodyShape, Floats, cross
+from .surfaces import AXIS_Y_TO_Z, off_centre
 
 __all__ = ["Bodies", "RigidBody"]
-
-_CENTRE_ERROR = 1e-3
-"""Largest distance of the centre of mass from that of the shape, as a share of the bounding radius."""
 
 
 @dataclass
@@ -78,28 +77,24 @@ class Bodies:
         mujoco.mj_comPos(self.model, c)
         mujoco.mj_comVel(self.model, c)
 
-    def free(self, root: int) -> bool:
+    def _free(self, root: int) -> bool:
         """Whether the body moves on a free joint alone."""
         m = self.model
         joint = m.body_jntadr[root]
         return bool(m.body_jntnum[root] == 1 and m.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE)
 
-    def links(self) -> list[tuple[RigidBody, int]]:
-        """All moving bodies, recorded or not, with the root of what they are joined to; parents come
-        first."""
-        m, known = self.model, {body.root: body for body in self.bodies if body.root}
-        found = []
+    def joints(self) -> Joints:
+        """The joints of all moving bodies, recorded or not."""
+        m = self.model
+        names: dict[Hashable, str] = {body.root: body.name for body in self.bodies if body.root}
+        links = []
         for root in range(1, m.nbody):
             if int(m.body_weldid[root]) != root:
                 continue
             mass = float(sum(m.body_mass[b] for b in self._members(root)))
-            body = known.get(root) or RigidBody("", root, [], mass, np.eye(3), 0.0)
-            found.append((body, int(m.body_weldid[m.body_parentid[root]])))
-        return found
-
-    def anchor(self, root: int) -> Floats:
-        """Place [m] of the first joint of a moving body."""
-        return np.array(self._copy.xanchor[self.model.body_jntadr[root]])
+            parent = int(m.body_weldid[m.body_parentid[root]])
+            links.append(Link(root, parent, mass, self._free(root)))
+        return Joints(links, names, self._velocity, self._anchor)
 
     def state(self, body: RigidBody) -> State:
         """State as last read."""
@@ -108,11 +103,20 @@ class Bodies:
             g = body.geoms[0]
             place, turn = np.array(c.geom_xpos[g]), np.array(c.geom_xmat[g]).reshape(3, 3)
             return State(place, turn @ body.axes, np.zeros(3), np.zeros(3))
-        both = np.zeros(6)
-        mujoco.mj_objectVelocity(self.model, c, mujoco.mjtObj.mjOBJ_BODY, body.root, both, 0)
-        place = self._centre(body.root)
-        velocity = both[3:] + cross(both[:3], place - c.xipos[body.root])
-        return State(place, self._frame(body.root) @ body.axes, velocity, both[:3].copy())
+        velocity, spin = self._velocities(body.root)
+        return State(self._centre(body.root), self._frame(body.root) @ body.axes, velocity, spin)
+
+    def _velocities(self, root: int) -> tuple[Floats, Floats]:
+        c, both = self._copy, np.zeros(6)
+        mujoco.mj_objectVelocity(self.model, c, mujoco.mjtObj.mjOBJ_BODY, root, both, 0)
+        return both[3:] + cross(both[:3], self._centre(root) - c.xipos[root]), both[:3].copy()
+
+    def _velocity(self, root: Any) -> Floats:
+        return self._velocities(root)[0]
+
+    def _anchor(self, root: Any) -> Floats:
+        """Place [m] of the first joint of a moving body."""
+        return np.array(self._copy.xanchor[self.model.body_jntadr[root]])
 
     def _frame(self, root: int) -> Floats:
         return np.array(self._copy.xmat[root]).reshape(3, 3)
@@ -152,21 +156,23 @@ class Bodies:
             raise ValueError(f"body {name!r}: has no mass")
         plane = m.geom_type[g] == mujoco.mjtGeom.mjGEOM_PLANE
         axes = np.eye(3)
+        at = None
         if len(geoms) == 1:
             surface = "" if plane else geom_surface(m, g, name, self._folder)
             axes = AXIS_Y_TO_Z if m.geom_type[g] == mujoco.mjtGeom.mjGEOM_CYLINDER else axes
-            reach, centre = float(m.geom_rbound[g]), np.array(c.geom_xpos[g])
+            reach = float(m.geom_rbound[g])
             if root:
-                axes = self._frame(root).T @ np.array(c.geom_xmat[g]).reshape(3, 3) @ axes
-            away = np.array(c.geom_xmat[g]).reshape(3, 3) @ mesh_centre(m, g, name)
-            if root and np.linalg.norm(centre + away - self._centre(root)) > _CENTRE_ERROR * reach:
-                raise ValueError(f"body {name!r}: its centre of mass is not that of its geom")
+                turn = np.array(c.geom_xmat[g]).reshape(3, 3) @ axes
+                axes, away = self._frame(root).T @ turn, self._centre(root) - c.geom_xpos[g]
+                at, reach = turn.T @ away, reach + float(np.linalg.norm(away))
         else:
             surface, reach = self._union(root, geoms, name)
+            at = np.zeros(3)
         body = RigidBody(name, root, geoms, mass, axes, reach)
         state = self.state(body)
         shape = BodyShape(name, surface, self._material(body), mass, state.place, state.rotation, plane)
         shape.inertia = self._inertia(root, axes) if root else None
+        shape.centre = off_centre(surface, at, reach)
         self.bodies.append(body)
         self.shapes.append(shape)
         self.of_geom.update({geom: body for geom in geoms})
@@ -178,10 +184,7 @@ class Bodies:
             place = frame.T @ (c.geom_xpos[g] - centre)
             placed.append((g, place, frame.T @ np.array(c.geom_xmat[g]).reshape(3, 3)))
             reach = max(reach, float(np.linalg.norm(place) + self.model.geom_rbound[g]))
-        surface, middle = union_surface(self.model, placed, name, self._folder)
-        if np.linalg.norm(middle) > _CENTRE_ERROR * reach:
-            raise ValueError(f"body {name!r}: its centre of mass is not that of the union of its geoms")
-        return surface, reach
+        return union_surface(self.model, placed, name, self._folder), reach
 
     def _material(self, body: RigidBody) -> Material:
         m = self.model

@@ -15,14 +15,14 @@ import numpy as np
 
 from .recording import Floats
 
-__all__ = ["Contacts", "Push"]
+__all__ = ["Contacts", "GeomPush"]
 
 _NODES = (0.5, 0.5, 1.0)
 _WEIGHTS = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
 
 
 @dataclass
-class Push:
+class GeomPush:
     """Impulse [N s] on geom `second` at a point [m]; the normal points to it from `first`."""
 
     first: int
@@ -40,7 +40,7 @@ class Contacts:
         runge_kutta = model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4
         self._copy = mujoco.MjData(model) if runge_kutta else None
 
-    def step(self, data: Any) -> list[Push]:
+    def step(self, data: Any) -> list[GeomPush]:
         """One `mj_step`."""
         dt = float(self.model.opt.timestep)
         if self._copy is None:
@@ -50,7 +50,7 @@ class Contacts:
         mujoco.mj_step(self.model, data)
         return pushes
 
-    def _pushes(self, data: Any, dt: float) -> list[Push]:
+    def _pushes(self, data: Any, dt: float) -> list[GeomPush]:
         found, force = [], np.zeros(6)
         for i in range(data.ncon):
             c = data.contact[i]
@@ -58,16 +58,16 @@ class Contacts:
             frame = np.array(c.frame).reshape(3, 3)
             normal = frame[0].copy()
             point = np.array(c.pos) + 0.5 * normal * min(float(c.dist), 0.0)
-            found.append(Push(int(c.geom1), int(c.geom2), point, normal, frame.T @ force[:3] * dt))
+            found.append(GeomPush(int(c.geom1), int(c.geom2), point, normal, frame.T @ force[:3] * dt))
         return found
 
-    def _stages(self, data: Any, copy: Any, dt: float) -> list[Push]:
+    def _stages(self, data: Any, copy: Any, dt: float) -> list[GeomPush]:
         m = self.model
         mujoco.mj_copyData(copy, m, data)
         mujoco.mj_forward(m, copy)
         place, speed, state = copy.qpos.copy(), copy.qvel.copy(), copy.act.copy()
         time = float(copy.time)
-        total: dict[tuple[int, int, int], Push] = {}
+        total: dict[tuple[int, int, int], GeomPush] = {}
         for stage, weight in enumerate(_WEIGHTS):
             if stage:
                 moved, h = place.copy(), _NODES[stage - 1] * dt

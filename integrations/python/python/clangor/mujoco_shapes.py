@@ -1,8 +1,9 @@
 """Surfaces of MuJoCo's geoms as shapes of a scene file, or as OBJ files for those that the format has not.
 
 Spheres, boxes, ellipsoids and cylinders are shapes; capsules and meshes become OBJ files; several geoms of
-one body become the union of their solids. Nothing is moved: the axes are those of the geom, or of the body
-for a union. Height fields and distance fields have no closed surface here.
+one body become the union of their solids. A mesh that is not one closed surface is its convex hull, as it is
+in collisions. Axes are those of the geom, or of the body for a union. Height fields and distance fields have
+no closed surface here.
 """
 
 from __future__ import annotations
@@ -14,12 +15,9 @@ import mujoco  # type: ignore[import-untyped]
 import numpy as np
 
 from .recording import Floats
-from .surfaces import Triangles, ball, box, capsule, centroid, cylinder, union, write_obj
+from .surfaces import Triangles, ball, box, capsule, closed, cylinder, union, write_obj
 
-__all__ = ["AXIS_Y_TO_Z", "geom_surface", "mesh_centre", "union_surface"]
-
-AXIS_Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""Turns the axis of a shape of revolution, y, into MuJoCo's, z."""
+__all__ = ["geom_surface", "union_surface"]
 
 _TYPES = mujoco.mjtGeom
 
@@ -38,26 +36,15 @@ def geom_surface(model: Any, g: int, name: str, folder: Path) -> str:
     return write_obj(folder / f"geom-{g}.obj", _triangles(model, g, name))
 
 
-def mesh_centre(model: Any, g: int, name: str) -> Floats:
-    """Centre [m] of the solid of a geom in its frame; not 0 only for meshes of which MuJoCo takes another."""
-    if model.geom_type[g] != _TYPES.mjGEOM_MESH:
-        return np.zeros(3)
-    return centroid(_triangles(model, g, name))
-
-
 def union_surface(
     model: Any, placed: list[tuple[int, Floats, Floats]], name: str, folder: Path
-) -> tuple[str, Floats]:
-    """The union of geoms (number, place [m], rotation), and its centre [m].
-
-    Errors: ValueError if it is not one solid.
-    """
+) -> str:
+    """The line of a scene file for the union of geoms (number, place [m], rotation)."""
     meshes = []
     for g, place, turn in placed:
         vertices, faces = _triangles(model, g, name)
         meshes.append((vertices @ turn.T + place, faces))
-    found = union(meshes, name)
-    return write_obj(folder / f"body-{placed[0][0]}.obj", found), centroid(found)
+    return write_obj(folder / f"body-{placed[0][0]}.obj", union(meshes, f"body {name!r}"))
 
 
 def _triangles(model: Any, g: int, name: str) -> Triangles:
@@ -66,7 +53,7 @@ def _triangles(model: Any, g: int, name: str) -> Triangles:
         k = model.geom_dataid[g]
         vertices = model.mesh_vert[model.mesh_vertadr[k] :][: model.mesh_vertnum[k]]
         faces = model.mesh_face[model.mesh_faceadr[k] :][: model.mesh_facenum[k]]
-        return np.array(vertices, float), np.array(faces)
+        return closed((np.array(vertices, float), np.array(faces)), f"body {name!r}")
     if kind == _TYPES.mjGEOM_BOX:
         return box(size)
     if kind == _TYPES.mjGEOM_SPHERE:

@@ -1,12 +1,13 @@
-"""What the recorders of all simulators share: the state of a body, the end of a recording, and its sound.
+"""What the recorders of all simulators share: states, the ledger, the end of a recording, and its sound.
 
-The velocity of a point of a body is v + w x (p - place). No contact is found here.
+The velocity of a point of a body is v + w x (p - place). The ledger of a body is what a step leaves of
+sum of J + m g dt - m dv. No contact is found here.
 """
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import Union
@@ -14,11 +15,23 @@ from typing import Union
 import numpy as np
 
 from . import Session, Sound
-from .impacts import Touches, close_recording
+from .impacts import Load, Touches, close_recording
+from .joint_impulses import Joints
 from .material_pairs import Material, warn_of_level
 from .recording import Floats, Impact, Recording, cross, open_session
 
-__all__ = ["RecordedRun", "State"]
+__all__ = ["Push", "RecordedRun", "State"]
+
+
+@dataclass
+class Push:
+    """Impulse [N s] of one contact on `a`, which moves, at a point [m]; the normal points to it from `b`."""
+
+    a: str
+    b: str
+    point: Floats
+    normal: Floats
+    impulse: Floats
 
 
 @dataclass
@@ -40,24 +53,66 @@ class RecordedRun:
     """A run that is recorded step by step, and then heard."""
 
     recording: Recording
+    _joints: Joints
+    _reach: Mapping[str, float]
+    """Bounding radius [m] of every body."""
 
     def __init__(self, approach: float, longest: float) -> None:
         self._touches = Touches(approach, longest)
         self._folder = tempfile.TemporaryDirectory(prefix="clangor-")
         self._material: dict[str, Material] = {}
         self._stopped = self._compared = False
+        self.ledger: list[tuple[float, str, float, float]] = []
+        """Per step and moving body: time [s], name, |sum of J + m g dt - m dv| and |m dv| [N s].
+
+        With joints, J holds their impulses, and only bodies on no joint leave a difference.
+        """
 
     def _check_running(self) -> None:
         if self._stopped:
             raise RuntimeError("step: the recorder was stopped")
 
-    def _keep(self, impacts: list[Impact], state_after: Callable[[str], State | None]) -> None:
+    def _add_step(
+        self, time: float, pushes: list[Push], before: Mapping[str, State], after: Mapping[str, State]
+    ) -> None:
+        """Keeps poses, loads, joints and the ledger of a step; `after` holds the bodies that move."""
+        dt, gravity = self.recording.step, self.recording.gravity
+        mass = {body.name: body.mass for body in self.recording.bodies}
+        total = {name: np.zeros(3) for name in after}
+        for name in after:
+            s = before[name]
+            self.recording.poses.append((time, name, s.place, s.rotation, s.velocity, s.spin))
+        for push in pushes:
+            for name, sign in ((push.a, 1.0), (push.b, -1.0)):
+                if name in total:
+                    total[name] = total[name] + sign * push.impulse
+        loading = [push for push in pushes if push.a != push.b and float(push.impulse @ push.normal) > 0.0]
+        self._touches.step([self._load(push, time, before, mass[push.a]) for push in loading])
+        self._keep(self._touches.closed, after)
+        change = {name: mass[name] * (after[name].velocity - before[name].velocity) for name in after}
+        rest = {name: total[name] + mass[name] * gravity * dt - change[name] for name in after}
+        if self._joints.there:
+            rows, rest = self._joints.finish(time, dt, total, gravity)
+            self._touches.lasting += rows
+        for name in after:
+            sizes = float(np.linalg.norm(rest[name])), float(np.linalg.norm(change[name]))
+            self.ledger.append((time, name, *sizes))
+
+    def _load(self, push: Push, time: float, before: Mapping[str, State], mass: float) -> Load:
+        a, b, point, dt = push.a, push.b, push.point, self.recording.step
+        speed = before[a].velocity_at(point) - before[b].velocity_at(point)
+        impact = Impact(time, a, b, point, push.normal, push.impulse, speed, dt)
+        local = before[a].rotation.T @ (point - before[a].place)
+        weight = mass * float(np.linalg.norm(self.recording.gravity)) * dt
+        return Load((a, b), impact, local, 0.5 * self._reach[a], weight)
+
+    def _keep(self, impacts: list[Impact], after: Mapping[str, State]) -> None:
         """Keeps impacts that are over; the first is compared with the restitution of its materials."""
         self.recording.impacts += impacts
         if not impacts or self._compared:
             return
         first, self._compared = impacts[0], True
-        states = [state_after(name) for name in (first.a, first.b)]
+        states = [after.get(name) for name in (first.a, first.b)]
         ends = [np.zeros(3) if state is None else state.velocity_at(first.point) for state in states]
         speed = -float(first.velocity @ first.normal)
         bounce = float((ends[0] - ends[1]) @ first.normal) / speed

@@ -1,8 +1,8 @@
 """A recorded run as a timeline: bodies, poses and impacts of another simulator, which a session renders.
 
 The scene is simulated for one millisecond, which writes surfaces and materials as `docs/format/timeline.md`
-says; then the recorded poses and impacts replace its tables. Mass and inertia are the simulator's. Vectors
-turn from z up to y up: (x, y, z) becomes (x, z, -y). No dynamics is computed here.
+says; then recorded poses and impacts replace its tables. Mass, its centre and inertia are the simulator's.
+Vectors turn from z up to y up: (x, y, z) becomes (x, z, -y). No dynamics is computed here.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from .material_pairs import Material, material_key, material_table
 Floats = npt.NDArray[np.float64]
 _TURN = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 _WORLD = 4294967295
+_LIFT = 100.0
+"""Height [m] between bodies in the scene that writes their surfaces."""
 _KEPT: list[tempfile.TemporaryDirectory[str]] = []
 
 
@@ -53,6 +55,8 @@ class BodyShape:
     """A body: `shape` or `mesh` of a scene file, material, mass [kg] (0: fixed), first pose (z up).
 
     `inertia` [kg m²] (3, 3) about the centre of mass, in the axes of the shape; None: that of the shape.
+    `centre` is the centre of mass [m] in the coordinates of the shape or mesh; None: that of the solid. A
+    pose is that of the centre of mass; of a body that does not move, that of the origin of the coordinates.
     """
 
     name: str
@@ -63,6 +67,7 @@ class BodyShape:
     rotation: Floats
     plane: bool = False
     inertia: Floats | None = None
+    centre: Floats | None = None
 
 
 @dataclass
@@ -109,7 +114,10 @@ def quaternion(rotation: Floats) -> Floats:
 
 
 def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> str:
-    """The scene (TOML) of the bodies at their first poses; listeners have y up [m]."""
+    """The scene (TOML) of the bodies; listeners have y up [m].
+
+    Bodies that move are lifted apart, since links overlap, which a scene may not; see `_put_back`.
+    """
     lines = ["version = 1", f"gravity = {up(recording.gravity).tolist()}"]
     names: dict[str, str] = {}
     for body in recording.bodies:
@@ -119,7 +127,7 @@ def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> st
         elif key not in names:
             names[key] = f"custom-{len(names) + 1}"
             lines += material_table(names[key], body.material)
-    for body in recording.bodies:
+    for k, body in enumerate(recording.bodies):
         lines += ["[[plane]]" if body.plane else "[[body]]", f"name = {json.dumps(body.name)}"]
         lines += [f"material = {json.dumps(names[material_key(body.material)])}"]
         if body.plane:
@@ -127,12 +135,23 @@ def scene_text(recording: Recording, listeners: Sequence[Sequence[float]]) -> st
             lines += [f"normal = {normal.tolist()}", f"point = {up(body.position).tolist()}"]
             continue
         turn = quaternion(_TURN @ body.rotation).tolist()
-        lines += [body.surface, f"position = {up(body.position).tolist()}"]
+        key, lift = ("position", _LIFT * (k + 1)) if body.mass > 0.0 else ("origin", 0.0)
+        lines += [body.surface, f"{key} = {(up(body.position) + [0.0, lift, 0.0]).tolist()}"]
         lines += [f"orientation = {{ quaternion = {turn} }}"]
-        lines += ['motion = "fixed"'] if body.mass == 0.0 else []
+        lines += ['motion = "fixed"'] if body.mass == 0.0 else _mass_lines(body)
     for place in listeners:
         lines += ["[[listener]]", f"position = {[float(x) for x in place]}"]
     return "\n".join(lines) + "\n"
+
+
+def _mass_lines(body: BodyShape) -> list[str]:
+    """Mass, centre of mass and inertia of a moving body; an inertia with a moment of 0 is left out."""
+    lines = [f"mass = {float(body.mass)!r}"]
+    if body.centre is not None:
+        lines.append(f"centre_of_mass = {body.centre.tolist()}")
+    if body.inertia is not None and np.linalg.eigvalsh(body.inertia)[0] > 0.0:
+        lines.append(f"inertia = {(0.5 * (body.inertia + body.inertia.T)).tolist()}")
+    return lines
 
 
 def open_session(
@@ -168,7 +187,7 @@ def write_timeline(
     head = folder / "timeline.json"
     header: dict[str, Any] = json.loads(head.read_text())
     index = {body["name"]: k for k, body in enumerate(header["bodies"])}
-    _set_masses(header, recording)
+    _put_back(header, recording)
     for name, table in (("contacts", _contacts(recording, index)), ("poses", _poses(recording, index))):
         parquet.write_table(table, folder / f"{name}.parquet", compression="zstd")
         header[name] = {"rows": table.num_rows}
@@ -182,17 +201,12 @@ def write_timeline(
     head.write_text(json.dumps(header))
 
 
-def _set_masses(header: dict[str, Any], recording: Recording) -> None:
-    """Mass and inertia are the simulator's; without an inertia, that of the shape is scaled by the mass."""
-    moving = {body.name: body for body in recording.bodies if body.mass > 0.0}
+def _put_back(header: dict[str, Any], recording: Recording) -> None:
+    """Moving bodies begin at their first poses."""
+    first = {body.name: body for body in recording.bodies if body.mass > 0.0}
     for row in header["bodies"]:
-        body = moving.get(row["name"])
-        if body is None:
-            continue
-        inertia = np.array(row["inertia"]) * (body.mass / row["mass"])
-        if body.inertia is not None:
-            inertia = body.inertia.reshape(inertia.shape)
-        row["inertia"], row["mass"] = inertia.tolist(), body.mass
+        if row["name"] in first:
+            row["position"] = up(first[row["name"]].position).tolist()
 
 
 def _table(columns: dict[str, npt.NDArray[Any]], vectors: dict[str, tuple[str, list[Floats]]]) -> Any:

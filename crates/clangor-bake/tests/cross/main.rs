@@ -26,6 +26,7 @@ mod many_wavenumbers;
 mod modal_axisymmetric_bem;
 mod modal_bem_fdtd;
 mod motion_fits;
+mod off_centre_click;
 mod plate_volume;
 mod statistical;
 mod thin_clicks;

@@ -21,6 +21,7 @@ mod contact;
 mod contact_forces;
 mod geometry_queries;
 mod geometry_solid;
+mod given_mass;
 mod ground;
 mod impact_solver;
 mod layering;

@@ -8,6 +8,7 @@ mod sphere_worlds;
 
 mod compliant_clusters;
 mod fracture_impulse;
+mod given_mass;
 mod rigid_disk;
 mod rigid_impacts;
 mod rigid_joints;

@@ -1,14 +1,14 @@
-//! Unknowns of a thin wall of one element across: its mean motion, its turning and its bulging, in place of the
-//! displacements of its three levels.
+//! Unknowns of a thin wall of one element across: its mean motion, its turning and its bulging, in place of
+//! the displacements of its three levels.
 //!
 //! ```text
 //! u(ζ) = c₁ + c₀ ζ + c₂ (1 − ζ²),    ζ = −1 … 1 across the wall
 //! u(−1) = c₁ − c₀,    u(0) = c₁ + c₂,    u(1) = c₁ + c₀
 //! ```
 //!
-//! The space is the same. With displacements as unknowns, bending is a small difference of forces E/h that grow
-//! as the wall gets thin: (h/L)⁴ of them for a wave of length L, which is below the rounding errors for a sheet of
-//! 1 m and 0.5 mm. With these unknowns only its shear is much stiffer, by (L/h)².
+//! The space is the same. With displacements as unknowns, bending is a small difference of forces E/h that
+//! grow as the wall gets thin: (h/L)⁴ of them for a wave of length L, which is below the rounding errors
+//! for a sheet of 1 m and 0.5 mm. With these unknowns only its shear is much stiffer, by (L/h)².
 
 use glam::DVec3;
 

@@ -109,8 +109,8 @@ impl ElasticSystem {
     }
 
     /// The same body with unknowns held at zero, and the remaining zero-energy motions at the nodes. Held
-    /// unknowns keep the diagonal of the stiffness and no mass, so that they take no part in any mode. All nodes
-    /// of a wall's column are held alike.
+    /// unknowns keep the diagonal of the stiffness and no mass, so that they take no part in any mode. All
+    /// nodes of a wall's column are held alike.
     pub(crate) fn holding(mut self, held: Vec<bool>, mut rigid: Vec<Vec<DVec3>>) -> Self {
         rigid.iter_mut().for_each(|motion| self.columns.take_displacements(motion));
         self.massless = vec![[false; 3]; self.rows.len()];

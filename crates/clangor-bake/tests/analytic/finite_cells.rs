@@ -93,8 +93,7 @@ fn a_thin_ring_in_cells_of_twenty_walls_rings_as_a_bent_bar() {
 
 /// Frequencies in cells against those on the section.
 fn against_section(name: &str, preset: &Preset, limit: f64, accuracy: f64) -> (ModalAnalysis, f64) {
-    let mesh = Shape::parse(name).expect("a shape").mesh();
-    let geometry = BakeGeometry::of_mesh(&mesh);
+    let geometry = BakeGeometry::of_mesh(&shape(name));
     assert!(geometry.axisymmetry().is_some(), "{name}");
     let section = by_default(&geometry, preset, limit, 1e-3);
     let cells = in_cells(&shape(name), preset, limit, accuracy).expect("modes");

@@ -161,8 +161,8 @@ fn flat_polygons_ring_as_free_plates() {
     }
 }
 
-/// Boxes and hexagons down to a 50 000th of their length: foils and sheets, whose bending is a rounding error of
-/// the forces across them.
+/// Boxes and hexagons down to a 25 000th of their length: foils and sheets, whose bending is a rounding
+/// error of the forces across them.
 #[test]
 fn sheets_ring_as_free_plates_however_thin() {
     let hexagon = |thickness: f64| {

@@ -183,8 +183,8 @@ impl Hull {
             return Err("has a hull with a point that is not finite");
         }
         let extent = Extent::of(points).ok_or("has a flat convex hull")?;
-        // A sheet whose thickness is a thousandth of its length has no hull in the tolerances of the library, but
-        // the one stretched to equal extents has, and stretching keeps what is convex.
+        // A sheet whose thickness is a thousandth of its length has no hull in the tolerances of the
+        // library, but the one stretched to equal extents has, and stretching keeps what is convex.
         let polyhedron = ConvexPolyhedron::from_convex_hull(points);
         let (polyhedron, all) = match polyhedron.filter(|hull| hull.faces().len() >= 4) {
             Some(hull) => {
@@ -194,7 +194,7 @@ impl Hull {
             None => {
                 let even: Vec<DVec3> = points.iter().map(|p| extent.to_even(*p)).collect();
                 let hull = ConvexPolyhedron::from_convex_hull(&even).ok_or("has a degenerate convex hull")?;
-                let all = hull.points().iter().map(|p| extent.from_even(*p)).collect();
+                let all = hull.points().iter().map(|p| extent.placed(*p)).collect();
                 (hull, all)
             }
         };
@@ -258,7 +258,7 @@ impl Extent {
         self.frame.inverse() * (point - self.first)
     }
 
-    fn from_even(&self, even: DVec3) -> DVec3 {
+    fn placed(&self, even: DVec3) -> DVec3 {
         self.first + self.frame * even
     }
 }

@@ -87,9 +87,9 @@ impl Factor<'_> {
     /// Relative error of the solution for a known vector, in the norm of the mass: unknowns that hardly touch
     /// the body carry no mass, and their digits do not matter.
     ///
-    /// The vector is the solution for random forces, as those of the iteration are. The forces of a vector with
-    /// all frequencies in it would be those of the highest, 10¹⁶ of the lowest in a foil: rounded, they say
-    /// nothing of the lowest.
+    /// The vector is the solution for random forces, as those of the iteration are. The forces of a vector
+    /// with all frequencies in it would be those of the highest, 10¹⁶ of the lowest in a foil: rounded,
+    /// they say nothing of the lowest.
     fn solve_error(&self, system: &ElasticSystem, shift: f64) -> f64 {
         let size = 3 * system.node_count();
         let mut seed = 1;

@@ -161,7 +161,9 @@ fn kills_at_any_instant_leave_the_old_file_or_the_new_one() {
             run(folder, line);
             assert!(written(folder, name) == new, "{line}, kill {kill}: other bits after it");
             if kill % 2 == 0 {
-                assert!(files(&folder.join("cache")) == cache, "{line}, kill {kill}: another cache after it");
+                let after = files(&folder.join("cache"));
+                let names = || (after.keys(), cache.keys());
+                assert!(after == cache, "{line}, kill {kill}: another cache after it: {:?}", names());
             }
             assert_eq!(leftovers(folder), Vec::<PathBuf>::new(), "{line}, kill {kill}");
         }

@@ -195,6 +195,14 @@ fn what_the_killed_have_left_is_removed_and_what_the_living_write_is_not() {
     assert!(check_entry(&cache));
     assert!(dead.iter().all(|path| !path.exists()) && !given_up.exists());
     assert!(living.exists() && resumed.exists());
+    // One process wrote the model while another, which was killed, still had its own half: who only reads
+    // removes that too. Seen in one of 2900 kills of two containers.
+    let (kept, half) = (path(&format!("acceleration-{KEY}.partial")), &dead[1]);
+    fs::write(&kept, "half").unwrap();
+    fs::write(half, "half").unwrap();
+    let cache = ModelCache::find(Some(folder.path())).unwrap();
+    assert!(check_entry(&cache));
+    assert!(!kept.exists() && !half.exists() && living.exists() && resumed.exists());
 }
 
 #[test]

@@ -148,7 +148,8 @@ impl ModelCache {
     }
 
     /// The cache in the folder that `asked` names, else that of the environment: `CLANGOR_CACHE`, or
-    /// `clangor` in the platform's folder for caches. `None` where the system has no such folder.
+    /// `clangor` in the platform's folder for caches. `None` where the system has no such folder. What killed
+    /// processes have left in it is removed.
     pub fn find(asked: Option<&Path>) -> Option<Self> {
         let variable =
             |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
@@ -166,7 +167,9 @@ impl ModelCache {
             }
         };
         let folder = asked.map(Path::to_path_buf).or_else(|| variable("CLANGOR_CACHE")).or_else(platform)?;
-        Some(ModelCache { folder })
+        let cache = ModelCache { folder };
+        cache.remove_abandoned();
+        Some(cache)
     }
 
     /// The folder.
@@ -204,9 +207,14 @@ impl ModelCache {
             .map_err(|source| CacheError::Folder { folder: self.folder.clone(), source })
     }
 
-    /// Looks an entry up and verifies it.
+    /// Looks an entry up and verifies it. What an unfinished bake of a model that is there has left is
+    /// removed: a process may have been killed after it wrote the entry, or while another wrote it.
     pub fn read<M: CacheEntry>(&self, key: &str) -> Lookup<M> {
-        read_entry(&self.path::<M>(key), key)
+        let found = read_entry(&self.path::<M>(key), key);
+        if let Lookup::Found(_) = found {
+            let _ = fs::remove_file(self.partial_path::<M>(key));
+        }
+        found
     }
 
     /// The modes that an interrupted bake has found; nothing if they cannot be used.

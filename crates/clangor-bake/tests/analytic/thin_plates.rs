@@ -182,6 +182,7 @@ fn sheets_ring_as_free_plates_however_thin() {
         let scaled: Vec<f64> = reference.iter().take(COUNT).map(|f| f * thickness / thick).collect();
         let other = worst(&frequencies(&hexagon(thickness), 2.5 * exact[COUNT - 1]), &scaled);
         println!("{thickness}: {error:.1e} of a free plate, hexagon {other:.1e} of one of 1 mm");
+        // Seen: 5.3e-5 and 1.7e-4 at most.
         assert!(error < 5e-3 && other < 5e-3, "{thickness}: {error:.1e} {other:.1e}");
     }
 }

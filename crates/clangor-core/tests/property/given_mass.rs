@@ -74,6 +74,7 @@ fn a_ball_with_a_weight_collides_as_a_ball() {
         let curvature = ball.surface.curvature_at(touched);
         assert!((curvature.mean() * 0.05 - 1.0).abs() < 1e-9, "{curvature:?}");
     }
+    // The form is that of the facets, which enclose less than the ball.
     let volume = MassProperties::of_sphere(0.05).volume;
     assert!((ball.homogeneous().volume / volume - 1.0).abs() < 0.01);
     // 40 % of the inertia of a homogeneous ball of 1 kg; no inertia was given.

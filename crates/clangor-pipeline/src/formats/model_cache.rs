@@ -148,8 +148,8 @@ impl ModelCache {
     }
 
     /// The cache in the folder that `asked` names, else that of the environment: `CLANGOR_CACHE`, or
-    /// `clangor` in the platform's folder for caches. `None` where the system has no such folder. What killed
-    /// processes have left in it is removed.
+    /// `clangor` in the platform's folder for caches. `None` where the system has no such folder. Temporary files of
+    /// killed processes in it are removed.
     pub fn find(asked: Option<&Path>) -> Option<Self> {
         let variable =
             |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
@@ -168,7 +168,7 @@ impl ModelCache {
         };
         let folder = asked.map(Path::to_path_buf).or_else(|| variable("CLANGOR_CACHE")).or_else(platform)?;
         let cache = ModelCache { folder };
-        cache.remove_abandoned();
+        cache.remove_temporary_files();
         Some(cache)
     }
 
@@ -274,29 +274,35 @@ impl ModelCache {
 
     fn write_entry(&self, path: &Path, bytes: &[u8]) -> Result<(), CacheError> {
         self.make_folder()?;
-        self.remove_abandoned();
+        self.remove_temporary_files();
+        self.remove_given_up();
         Ok(write_atomically(path, bytes)?)
     }
 
-    /// Removes what processes that were killed have left. Failures are ignored: the next writer tries
-    /// again.
-    fn remove_abandoned(&self) {
-        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        for entry in entries {
-            let name = entry.file_name();
-            let name = name.to_string_lossy();
-            if name.contains(".part-") {
-                part::remove_abandoned(&entry.path());
-                continue;
-            }
-            if !name.ends_with(".partial") {
-                continue;
-            }
-            let age = entry.metadata().and_then(|m| m.modified()).ok().and_then(|t| t.elapsed().ok());
+    /// Removes the temporary files of processes that were killed. Failures are ignored: the next process
+    /// tries again.
+    fn remove_temporary_files(&self) {
+        for path in self.files_with(|name| name.contains(".part-")) {
+            part::remove_abandoned(&path);
+        }
+    }
+
+    /// Removes what was solved of bakes that nobody took up again for long. Only where an entry is written:
+    /// a run that writes nothing may be about to use the modes in such a file.
+    fn remove_given_up(&self) {
+        for path in self.files_with(|name| name.ends_with(".partial")) {
+            let age = fs::metadata(&path).and_then(|m| m.modified()).ok().and_then(|t| t.elapsed().ok());
             if age.is_some_and(|age| age > GIVEN_UP) {
-                let _ = fs::remove_file(entry.path());
+                let _ = fs::remove_file(&path);
             }
         }
+    }
+
+    /// The files of the folder whose names are so.
+    fn files_with(&self, wanted: impl Fn(&str) -> bool) -> Vec<PathBuf> {
+        let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let chosen = entries.filter(|entry| wanted(&entry.file_name().to_string_lossy()));
+        chosen.map(|entry| entry.path()).collect()
     }
 }
 

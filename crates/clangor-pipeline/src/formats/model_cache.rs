@@ -148,8 +148,8 @@ impl ModelCache {
     }
 
     /// The cache in the folder that `asked` names, else that of the environment: `CLANGOR_CACHE`, or
-    /// `clangor` in the platform's folder for caches. `None` where the system has no such folder. Temporary files of
-    /// killed processes in it are removed.
+    /// `clangor` in the platform's folder for caches. `None` where the system has no such folder. Removes
+    /// the temporary files of killed processes.
     pub fn find(asked: Option<&Path>) -> Option<Self> {
         let variable =
             |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);

@@ -31,7 +31,7 @@ use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
     AccelerationPulse, BlockMemory, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
-use realfft::num_complex::{Complex32, Complex64};
+use num_complex::{Complex32, Complex64};
 use thread_time::thread_time;
 
 const IMPULSES: u32 = 23_000;

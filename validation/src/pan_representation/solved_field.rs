@@ -10,8 +10,8 @@ use clangor_core::glam::DVec3;
 use clangor_core::math::radial::outgoing;
 use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
 use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
+use clangor_fourier::Planner;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 
 /// Multipoles of a body of bounding radius 1 at κ = mΔκ − iσ.
 pub struct SolvedField {
@@ -96,8 +96,8 @@ impl SolvedField {
             all.extend_from_slice(&radial);
         }
         let growth = self.s[self.s.len() - 1].re;
-        let mut planner = RealFftPlanner::<f64>::new();
-        let plan = planner.plan_fft_forward(self.length);
+        let mut planner = Planner::new();
+        let plan = planner.forward(self.length);
         std::array::from_fn(|degree| {
             // Spectrum on the coarse grid.
             let mut spectrum = vec![Complex64::ZERO; self.solved_length / 2 + 1];

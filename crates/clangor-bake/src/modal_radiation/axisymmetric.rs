@@ -26,10 +26,10 @@ use clangor_core::geometry::meridian::Meridian;
 use clangor_core::math::spherical_harmonics::count;
 use clangor_core::sound_model::modal::model::ModalTransfer;
 use clangor_core::sound_model::modal::surface::ModalSurface;
+use clangor_fourier::{Planner, RealToComplex};
 use glam::{DMat3, DVec2, DVec3};
 use num_complex::Complex64;
 use rayon::prelude::*;
-use realfft::{RealFftPlanner, RealToComplex};
 
 use self::harmonic_rotation::{HarmonicRotation, place};
 use super::surface_motion::{MotionSampler, balance, volume_flux};
@@ -243,7 +243,7 @@ impl AxisymmetricModalSolver {
         Ok(Rings {
             areas: nodes.iter().map(|node| area(*node)).collect(),
             normals: on_rings(|node| node.normal),
-            fourier: RealFftPlanner::new().plan_fft_forward(angles),
+            fourier: Planner::new().forward(angles),
             mesh,
             sampler,
         })

@@ -4,9 +4,9 @@ use clangor_core::math::radial::outgoing;
 use clangor_core::math::spherical_harmonics::{index, solid_harmonics};
 use clangor_core::reference::pan_representation::pulse;
 use clangor_core::sound_model::acceleration::field::{AccelerationField, RIGID_DOFS};
+use clangor_fourier::Planner;
 use glam::DVec3;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 
 use super::PanOptions;
 
@@ -34,8 +34,8 @@ pub fn half_sine_spectrum(wavenumber: f64, duration: f64) -> Complex64 {
 /// 0 … T/2.
 pub fn synthesize(field: &[Complex64], factor: &[f64], step: f64, start: f64) -> Vec<f64> {
     let length = 2 * (field.len() - 1);
-    let mut planner = RealFftPlanner::<f64>::new();
-    let plan = planner.plan_fft_inverse(length);
+    let mut planner = Planner::new();
+    let plan = planner.inverse(length);
     let scale = 1.0 / (length as f64 * step);
     let mut spectrum: Vec<Complex64> = field
         .iter()

@@ -18,10 +18,10 @@ mod live_field;
 
 use std::sync::Arc;
 
+use clangor_fourier::{ComplexToReal, Planner};
 use glam::DVec3;
+use num_complex::Complex;
 use pulp::{Arch, Simd, WithSimd};
-use realfft::num_complex::Complex;
-use realfft::{ComplexToReal, RealFftPlanner};
 
 pub use self::live_field::LiveField;
 use super::SynthesisError;
@@ -116,11 +116,11 @@ impl LivePulses {
         seconds: f64,
     ) -> Result<Self, SynthesisError> {
         settings.check()?;
-        let mut planner = RealFftPlanner::new();
+        let mut planner = Planner::new();
         let lengths: Vec<Length> = grids(settings)
             .map(|(length, grid)| {
                 let losses = paths.losses().map(|loss| Losses::on(&grid, *loss)).collect();
-                Length { grid, losses, inverse: planner.plan_fft_inverse(length) }
+                Length { grid, losses, inverse: planner.inverse(length) }
             })
             .collect();
         let kept = ((seconds * settings.sample_rate.as_f64()) as usize + 2 * LONGEST).next_power_of_two();

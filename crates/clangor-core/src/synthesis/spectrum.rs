@@ -5,8 +5,8 @@
 //! sine or cosine; [`LANES`] bins advance together, which the compiler turns into vector instructions. The
 //! transfers are those of [`wave`](super::wave).
 
-use realfft::ComplexToReal;
-use realfft::num_complex::Complex;
+use clangor_fourier::ComplexToReal;
+use num_complex::Complex;
 
 use super::lowpass;
 use crate::contact::force_profile::ForceProfile;

@@ -16,7 +16,7 @@ use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
     AccelerationPulse, FieldSource, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
 };
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 const C: f64 = 343.2;
 

@@ -8,7 +8,7 @@ use clangor_core::material::presets::preset;
 use clangor_core::medium::Medium;
 use clangor_core::synthesis::ground::rayleigh_integral::SurfaceGrid;
 use clangor_core::synthesis::ground::{GroundSource, HalfSpace, rayleigh_integral};
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 fn solid(poisson_ratio: f64) -> HalfSpace {
     let material = Material { poisson_ratio, ..preset("granite").unwrap() };

@@ -10,7 +10,7 @@ use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::strike::{Strike, StrikeForce, StrikeSound};
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 const RHO: f64 = 1.2041;
 const C: f64 = 343.2;

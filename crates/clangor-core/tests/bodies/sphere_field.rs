@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use clangor_core::glam::DVec3;
 use clangor_core::math::spherical_harmonics::{count, index, solid_harmonics};
 use clangor_core::sound_model::acceleration::field::{AccelerationField, Node, RIGID_DOFS, Term};
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 /// p/ρ at `x` of a sphere of radius `a` about `centre` with acceleration `acceleration`, s = ik and c = 1.
 /// Time begins with the acceleration: the wave leaves the surface at once.

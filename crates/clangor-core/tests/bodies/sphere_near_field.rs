@@ -6,7 +6,7 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::glam::DVec3;
 use clangor_core::sound_model::acceleration::field::AccelerationField;
 use clangor_core::sound_model::acceleration::near_field::NearField;
-use realfft::num_complex::Complex32;
+use num_complex::Complex32;
 
 use super::sphere_field::{centre_motions, sphere_pressure};
 

@@ -16,7 +16,7 @@ use clangor_core::synthesis::listener::Floor;
 use clangor_core::synthesis::{
     AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 /// J₀ for Re z ≥ 0: by its power series, and by its asymptotic one far out.
 fn bessel_j0(z: Complex64) -> Complex64 {

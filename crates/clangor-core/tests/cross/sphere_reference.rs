@@ -12,7 +12,7 @@ use clangor_core::medium::Medium;
 use clangor_core::sound_model::acceleration::sphere_radiation::SphereModel;
 use clangor_core::synthesis::SampleRate;
 use clangor_core::synthesis::strike::{Strike, StrikeForce};
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 /// Samples per second of the reference, which is not band-limited.
 const REFERENCE_RATE: f64 = 4e6;

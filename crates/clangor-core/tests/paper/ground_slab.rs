@@ -13,7 +13,7 @@ use clangor_core::synthesis::ground::{Ground, GroundSource};
 use clangor_core::synthesis::{
     AccelerationPulse, Listener, OverlapAdd, RenderSettings, Renderer, SoundSource,
 };
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 fn heard(ground: Ground, place: DVec3, duration: f64, impulse: f64) -> Vec<f64> {
     let click = AccelerationPulse {

@@ -15,7 +15,7 @@ use clangor_core::scene::{Scene, instantiate};
 use clangor_core::synthesis::ground::{GroundError, GroundSource, ground_clicks};
 use clangor_core::synthesis::{Listener, OverlapAdd, RenderSettings, Renderer, SoundSource};
 use clangor_core::timeline::{ContactKind, ContactRow};
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 fn ground(name: &str) -> Arc<GroundSource> {
     Arc::new(GroundSource::try_new(&preset(name).unwrap(), &Medium::AIR).unwrap())

@@ -12,7 +12,7 @@ use clangor_core::sound_model::acceleration::proxy_field::ProxyFields;
 use clangor_core::sound_model::soundbank::ellipsoid_bank::{BankEntry, EllipsoidBank};
 use clangor_core::synthesis::source_rule::{Reason, SourceKind, decide, source_of};
 use clangor_core::synthesis::{RenderSettings, SoundSource};
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 /// A dipole that needs nothing to be true.
 fn field() -> AccelerationField {

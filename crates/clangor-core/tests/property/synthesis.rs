@@ -12,7 +12,7 @@ use clangor_core::synthesis::{
     AccelerationPulse, BlockJob, Listener, OverlapAdd, RenderSettings, Renderer, SampleRate, SoundSource,
     SynthesisError,
 };
-use realfft::num_complex::Complex64;
+use num_complex::Complex64;
 
 const RADIUS: f64 = 0.0075;
 

@@ -8,8 +8,8 @@
 
 use std::f64::consts::PI;
 
+use clangor_fourier::Planner;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 
 use crate::analysis::spectrum::SpectrumError;
 
@@ -56,7 +56,7 @@ impl Spectrogram {
         let rows = ((max_frequency / step) as usize + 1).min(padded / 2 + 1);
         let shape: Vec<f64> =
             (0..length).map(|n| (PI * ((n as f64 + 0.5) / length as f64 - 0.5)).cos().powi(2)).collect();
-        let transform = RealFftPlanner::new().plan_fft_forward(padded);
+        let transform = Planner::new().forward(padded);
         let mut signal = vec![0.0; padded];
         let mut spectrum = vec![Complex64::ZERO; padded / 2 + 1];
         let mut powers = Vec::with_capacity(columns * rows);

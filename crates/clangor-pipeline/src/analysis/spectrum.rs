@@ -9,8 +9,8 @@
 
 use std::f64::consts::PI;
 
+use clangor_fourier::Planner;
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 
 /// Magnitudes at even steps of frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,7 +75,7 @@ impl Spectrum {
         let mut signal: Vec<f64> =
             samples.iter().enumerate().map(|(n, p)| window(n) * f64::from(*p)).collect();
         signal.resize(length, 0.0);
-        let transform = RealFftPlanner::new().plan_fft_forward(length);
+        let transform = Planner::new().forward(length);
         let mut spectrum = vec![Complex64::ZERO; length / 2 + 1];
         // Lengths are as planned, which is all that can go wrong.
         if transform.process(&mut signal, &mut spectrum).is_err() {

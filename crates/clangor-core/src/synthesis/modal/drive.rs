@@ -23,8 +23,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use clangor_fourier::{ComplexToReal, Planner};
 use num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner};
 
 use crate::contact::ForceShape;
 use crate::math::radial::regular;
@@ -63,7 +63,7 @@ pub(super) struct Shaper {
     /// Half-amplitude frequency of the band limit \[Hz\], and half the width of its transition.
     centre: f64,
     half_width: f64,
-    planner: RealFftPlanner<f64>,
+    planner: Planner,
     tables: BTreeMap<usize, Arc<Tables>>,
     /// Real and imaginary parts of a force before the band limit.
     unlimited: [Vec<f64>; 2],
@@ -90,7 +90,7 @@ impl Shaper {
             rate,
             centre,
             half_width,
-            planner: RealFftPlanner::new(),
+            planner: Planner::new(),
             tables: BTreeMap::new(),
             unlimited: Default::default(),
             spectrum: Vec::new(),
@@ -225,7 +225,7 @@ impl Shaper {
                     power *= Complex64::new(0.0, half);
                 }
             }
-            Arc::new(Tables { inverse: planner.plan_fft_inverse(length), gains, terms })
+            Arc::new(Tables { inverse: planner.inverse(length), gains, terms })
         };
         Arc::clone(self.tables.entry(length).or_insert_with(make))
     }

@@ -4,9 +4,9 @@
 
 use std::sync::Arc;
 
+use clangor_fourier::ComplexToReal;
+use num_complex::Complex;
 use pulp::{Arch, Simd, WithSimd};
-use realfft::ComplexToReal;
-use realfft::num_complex::Complex;
 
 use crate::body::BodyId;
 use crate::synthesis::field_spectrum::FieldPlayer;

@@ -8,8 +8,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use clangor_fourier::Planner;
 use glam::DVec3;
-use realfft::RealFftPlanner;
 
 use super::block::{BlockJob, BlockKey, BlockTables, PathWave, ReceivedPulse, ReceivedSound};
 use super::block_length::{SPAN, block_length, hop};
@@ -37,7 +37,7 @@ pub struct Renderer {
     pending: BTreeMap<BlockKey, Vec<ReceivedPulse>>,
     tables: BTreeMap<usize, Arc<BlockTables>>,
     interpolations: InterpolationCache,
-    planner: RealFftPlanner<f64>,
+    planner: Planner,
     handed_out: i64,
     report: RenderReport,
 }
@@ -94,7 +94,7 @@ impl Renderer {
             pending: BTreeMap::new(),
             tables: BTreeMap::new(),
             interpolations: InterpolationCache::default(),
-            planner: RealFftPlanner::new(),
+            planner: Planner::new(),
             handed_out: i64::MIN,
             report: RenderReport::default(),
         })
@@ -337,7 +337,7 @@ impl Renderer {
             return Ok(());
         }
         self.tables.entry(length).or_insert_with(|| {
-            let inverse = self.planner.plan_fft_inverse(length);
+            let inverse = self.planner.inverse(length);
             let grid = Grid::new(length, rate, self.settings.acoustics.max_frequency);
             let losses = self.paths.losses().map(|loss| Losses::on(&grid, *loss)).collect();
             Arc::new(BlockTables { grid, losses, inverse })

@@ -25,6 +25,7 @@ pub(crate) use self::cavities::{has_cavities, has_narrow_mouth};
 pub use self::draft::DRAFT_ACCURACY;
 pub(crate) use self::draft::{MOST_VERTICES, meridian_options, suits_meridian};
 use self::frequencies::{Band, FittedBand, solve_band};
+pub(crate) use self::plan::coarser;
 pub use self::plan::estimated_operations;
 use self::solvers::prepare;
 pub(crate) use self::solvers::watched;

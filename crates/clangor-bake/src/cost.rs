@@ -26,7 +26,7 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 
 use crate::acceleration::sampling::{LONGEST, SOLID_SPACING, density};
-use crate::acceleration::{BakeOptions, MOST_VERTICES, Method, has_cavities, has_narrow_mouth};
+use crate::acceleration::{BakeOptions, MOST_VERTICES, Method, coarser, has_cavities, has_narrow_mouth};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::cost::operations::MOST_OPERATIONS;
@@ -115,11 +115,13 @@ pub fn field_cost(geometry: &BakeGeometry, options: &BakeOptions) -> FieldCost {
 fn of_surface(geometry: &BakeGeometry, options: &BakeOptions, kappa: f64) -> FieldCost {
     let cavities = mesh_has_cavities(geometry);
     let spacing = density(cavities);
-    let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy);
-    let system = (unknowns / parts) as usize;
-    let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);
-    if system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
-        return FieldCost { operations: triangles, unknowns: system as f64 };
+    for accuracy in std::iter::once(options.accuracy).chain(coarser(options.accuracy)) {
+        let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, accuracy);
+        let system = (unknowns / parts) as usize;
+        let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);
+        if system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
+            return FieldCost { operations: triangles, unknowns: system as f64 };
+        }
     }
     let in_time = time_steps(geometry, options.max_wavenumber, cavities);
     FieldCost { operations: in_time.operations.min(MOST_OPERATIONS), ..in_time }

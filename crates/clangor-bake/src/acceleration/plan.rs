@@ -2,9 +2,13 @@
 //!
 //! | class | solvers |
 //! |---|---|
-//! | ellipsoids, rounded boxes | curved patches, triangles, time domain |
-//! | axisymmetric | meridian, triangles, time domain |
+//! | ellipsoids, rounded boxes | curved patches, those of other surfaces |
+//! | axisymmetric | meridian, those of other surfaces |
 //! | other surfaces | triangles, time domain, triangles longer than the walls, cells larger than the walls |
+//!
+//! Where triangles for an accuracy below 1 % are too much, those for the finest of the [`coarser`] ones that
+//! fit come before the time domain: cells do not follow the accuracy, and sharp thin bodies are off by up to
+//! 5 % on them.
 //!
 //! A solver can take a body if its unknowns or cells fit in memory and, unless the caller named the method,
 //! if its [operations](crate::cost) are at most [`MOST_OPERATIONS`]. If none can, the band is narrowed until
@@ -41,6 +45,15 @@ const FINE: f64 = 0.3;
 const FINEST: f64 = 30.0;
 /// Triangles that are `MOST_UNKNOWNS` by estimate may be a quarter more.
 const ESTIMATE: f64 = 1.25;
+/// The coarsest accuracy of triangles in place of those for a finer one, and the ratio of each to the next.
+pub(super) const COARSEST_ACCURACY: f64 = 0.01;
+const COARSER: f64 = 1.5;
+
+/// The accuracies that may stand for one that triangles cannot reach, the finest first; none for 1 % or more.
+pub(crate) fn coarser(accuracy: f64) -> impl Iterator<Item = f64> {
+    let next = |a: &f64| (*a < COARSEST_ACCURACY).then_some((COARSER * a).min(COARSEST_ACCURACY));
+    std::iter::successors(next(&accuracy), next)
+}
 
 /// A solver with its resolution.
 #[derive(Clone, Debug)]
@@ -68,6 +81,15 @@ struct Need {
     fill: f64,
     /// Power of the wavenumber with which they grow.
     growth: i32,
+}
+
+impl Need {
+    /// By which factor in the wavenumber it is too much; at most 1 where it is not. Who names the method
+    /// waits for any work.
+    fn over(&self, named: bool) -> f64 {
+        let work = if named { 0.0 } else { (self.operations / MOST_OPERATIONS).cbrt() };
+        work.max(self.fill.powf(f64::from(self.growth).recip()))
+    }
 }
 
 /// The solvers that can take a body in a band.
@@ -119,13 +141,23 @@ impl<'a> FieldPlan<'a> {
             // The solvers that can take this band.
             let (mut able, mut excess) = (Vec::new(), f64::INFINITY);
             for kind in body.kinds() {
-                let Some((candidate, need)) = body.candidate(kind, k)? else { continue };
-                let Need { operations, fill, growth } = need;
-                let work = if named { 0.0 } else { (operations / MOST_OPERATIONS).cbrt() };
-                let over = work.max(fill.powf(f64::from(growth).recip()));
-                excess = excess.min(over);
-                if over <= 1.0 {
-                    able.push((candidate, operations));
+                let asked = options.accuracy;
+                let accuracies: Vec<f64> = match kind {
+                    Kind::Triangles => std::iter::once(asked).chain(coarser(asked)).collect(),
+                    _ => vec![asked],
+                };
+                let mut found = None;
+                for accuracy in accuracies {
+                    let Some((candidate, need)) = body.candidate(kind, k, accuracy)? else { continue };
+                    let over = need.over(named);
+                    excess = excess.min(over);
+                    if over <= 1.0 {
+                        found = Some((candidate, need.operations));
+                        break;
+                    }
+                }
+                if let Some(candidate) = found {
+                    able.push(candidate);
                     // A surface may resist its remeshing: then another solver serves.
                     if able.len() == 2 || !matches!(kind, Kind::Triangles | Kind::LongTriangles) {
                         break;
@@ -180,8 +212,8 @@ struct Body<'a> {
     cavities: Option<bool>,
     /// At the wavenumber asked about last.
     fineness: Option<(f64, Resolution)>,
-    /// Mirror planes at the wavenumber asked about last.
-    planes: Option<(f64, usize)>,
+    /// Mirror planes at the wavenumber and accuracy asked about last.
+    planes: Option<([f64; 2], usize)>,
 }
 
 impl<'a> Body<'a> {
@@ -200,23 +232,22 @@ impl<'a> Body<'a> {
     }
 
     /// The resolution that triangles need, and their number of mirror planes.
-    fn fineness(&mut self, k: f64) -> Result<(Resolution, usize, f64), BakeError> {
+    fn fineness(&mut self, k: f64, accuracy: f64) -> Result<(Resolution, usize, f64), BakeError> {
         if self.surface.is_none() {
             self.surface = Some(surface_of(&self.choice, &self.options)?);
         }
         let surface: &TriMesh = self.surface.get_or_insert_default();
-        let accuracy = self.options.accuracy;
         let fineness = match self.fineness {
-            Some((at, known)) if at == k => known,
+            Some((at, known)) if at == k && known.accuracy == accuracy => known,
             _ => resolution(surface, k, accuracy)?,
         };
         self.fineness = Some((k, fineness));
         let area = surface.area();
         let planes = match self.planes {
-            Some((at, known)) if at == k => known,
-            _ => mirrors(self.geometry, &fineness, accuracy, k).len(),
+            Some((at, known)) if at == [k, accuracy] => known,
+            _ => mirrors(self.geometry, &fineness, k).len(),
         };
-        self.planes = Some((k, planes));
+        self.planes = Some(([k, accuracy], planes));
         Ok((fineness, planes, area))
     }
 
@@ -239,15 +270,20 @@ impl<'a> Body<'a> {
     }
 
     /// A solver for a band, and what it takes; `None` where it makes no difference to an earlier one.
-    fn candidate(&mut self, kind: Kind, k: f64) -> Result<Option<(Candidate, Need)>, BakeError> {
+    fn candidate(
+        &mut self,
+        kind: Kind,
+        k: f64,
+        accuracy: f64,
+    ) -> Result<Option<(Candidate, Need)>, BakeError> {
         let radius = self.geometry.bounding_radius();
         let kappa = k * radius;
         let density = density(self.cavities()?);
         if kind == Kind::Exact {
-            return Ok(exact(&self.choice, self.options.accuracy, k, kappa));
+            return Ok(exact(&self.choice, accuracy, k, kappa));
         }
         let longest = LONGEST[usize::from(self.cavities()?)];
-        let (fineness, planes, area) = self.fineness(k)?;
+        let (fineness, planes, area) = self.fineness(k, accuracy)?;
         // Triangles as long as the waves allow, whatever the walls are.
         let long = fineness.with_long_edges(area);
         let wave = TAU / k;
@@ -280,8 +316,9 @@ impl<'a> Body<'a> {
     }
 }
 
-/// Normals of the mirror planes to within an accuracy, in a phase and in a wall.
-pub(super) fn mirrors(geometry: &BakeGeometry, fineness: &Resolution, accuracy: f64, k: f64) -> Vec<DVec3> {
+/// Normals of the mirror planes to within the accuracy of a resolution, in a phase and in a wall.
+pub(super) fn mirrors(geometry: &BakeGeometry, fineness: &Resolution, k: f64) -> Vec<DVec3> {
+    let accuracy = fineness.accuracy;
     let tolerance = accuracy * fineness.wall;
     geometry.mirror_normals_in_mean(tolerance, tolerance.min(2.0 * accuracy / k))
 }
@@ -343,6 +380,24 @@ pub(super) fn fine(accuracy: f64) -> f64 {
     FINE * accuracy
 }
 
+/// Warning about a solver that is less accurate than asked.
+pub(super) fn less_accurate(asked: f64, candidate: &Candidate) -> Option<String> {
+    let limit = "more exceeds the limit of work or of memory, which a lower --max-frequency meets";
+    match candidate {
+        Candidate::Triangles(Resolution { accuracy, .. }) if *accuracy > asked => Some(format!(
+            "its clicks are within about {:.2} % and not {:.2} %: {limit}",
+            100.0 * accuracy,
+            100.0 * asked
+        )),
+        Candidate::TimeDomain { .. } if asked < COARSEST_ACCURACY => Some(format!(
+            "its clicks are simulated in time, within about 1 % where it is rounded and 5 % where it is thin \
+             and sharp, and not within {:.2} %: {limit}",
+            100.0 * asked
+        )),
+        _ => None,
+    }
+}
+
 /// Warning about walls that cells do not resolve.
 pub(super) fn large_cells(spacing: f64, wall: f64) -> Option<String> {
     (spacing > 0.75 * wall).then(|| {
@@ -385,6 +440,19 @@ mod tests {
                 && operations <= MOST_OPERATIONS,
             "{k}"
         );
+        // What triangles cannot reach, they come close to; cells would not.
+        let field = |accuracy: f64| {
+            let options = BakeOptions::new(TAU * 20e3 / Medium::AIR.sound_speed, accuracy);
+            let block = block(0.12, 0.3, 0.12);
+            let plan = FieldPlan::new(&block, &options).expect("a plan");
+            let candidate = plan.candidates[0].0.clone();
+            (less_accurate(accuracy, &candidate), candidate)
+        };
+        let (warning, candidate) = field(0.002);
+        let Candidate::Triangles(Resolution { accuracy, .. }) = candidate else { panic!("{candidate:?}") };
+        assert!(accuracy > 0.002 && accuracy <= 0.01, "{accuracy}");
+        assert!(warning.is_some_and(|text| text.contains("and not 0.20 %")));
+        assert_eq!(field(0.01).0, None);
         // No body is too large for some band.
         let (_, k, _) = plan_of(&block(40.0, 30.0, 0.01), 20e3);
         assert!(k > 0.0);

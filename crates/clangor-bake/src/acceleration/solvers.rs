@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::cavities::has_narrow_mouth;
 use super::draft::prepare_draft;
-use super::plan::{Candidate, FieldPlan, fine, large_cells, longest, mirrors};
+use super::plan::{Candidate, FieldPlan, fine, large_cells, less_accurate, longest, mirrors};
 use super::prepared::Prepared;
 use super::sampling::{CAVITY_SPACING, SOLID_SPACING, density};
 use super::{BakeError, BakeOptions, BakeProgress, LEAST_SOLVES, multipole_order};
@@ -44,7 +44,8 @@ pub(super) fn prepare(
         }
         match solver_of(geometry, candidate, &plan, &options, progress) {
             Ok(mut prepared) => {
-                prepared.warnings.splice(0..0, plan.warnings.iter().cloned());
+                let less = less_accurate(options.accuracy, candidate);
+                prepared.warnings.splice(0..0, plan.warnings.iter().cloned().chain(less));
                 if let Some(error) = failure {
                     prepared.warnings.push(format!("solved by {}, since {error}", prepared.method));
                 }
@@ -144,7 +145,7 @@ fn triangles(
     if progress(&BakeProgress { done: 0.0, stage: "remeshing" }).is_break() {
         return Err(BakeError::Interrupted);
     }
-    let planes = mirrors(geometry, fineness, options.accuracy, options.max_wavenumber);
+    let planes = mirrors(geometry, fineness, options.max_wavenumber);
     // A mesh that cannot be cut at its planes may work as a whole.
     let (solver, used) = match remesh_symmetric(mesh, &planes, &fineness.options) {
         Ok((symmetric, report)) if !planes.is_empty() => {

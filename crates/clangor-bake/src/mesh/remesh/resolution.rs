@@ -74,6 +74,8 @@ const DENSITY: f64 = 0.93;
 /// Edge lengths for an accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
+    /// The level error.
+    pub accuracy: f64,
     /// The edge lengths.
     pub options: RemeshOptions,
     /// Resulting number of unknowns, within some 15 %.
@@ -133,7 +135,7 @@ pub fn resolution(input: &TriMesh, max_wavenumber: f64, accuracy: f64) -> Result
         (field, options) = guided(shortest, coarse.min(longest * many))?;
         unknowns = field.expected_vertices(DENSITY);
     }
-    Ok(Resolution { options, unknowns, wall, thinnest: thinnest + mass.centre_of_mass })
+    Ok(Resolution { accuracy, options, unknowns, wall, thinnest: thinnest + mass.centre_of_mass })
 }
 
 /// Relative error of edges with these (radius, extent) at edge length h, in that of sharp edges: Σ τ min(1,

@@ -16,7 +16,10 @@ use clangor_core::sound_model::modal::model::ModalModel;
 use twox_hash::xxhash3_128::Hasher;
 
 /// To be raised when a change to the solvers changes what they compute by more than their accuracy.
-const SOLVERS: u32 = 3;
+const SOLVERS: u32 = 2;
+/// The same for fields finer than this error.
+const FINE_SOLVERS: u32 = 3;
+const FINE: f64 = 0.01;
 /// The same for modes and their sound.
 const MODAL_SOLVERS: u32 = 3;
 /// The same for the convex parts of meshes, by a change of any bit.
@@ -28,7 +31,7 @@ pub fn model_key(geometry: &BakeGeometry, options: &BakeOptions) -> String {
     let mut inputs = Inputs(Hasher::new());
     inputs.text("acceleration");
     inputs.whole(model_file::VERSION.into());
-    inputs.whole(SOLVERS.into());
+    inputs.whole(if options.accuracy < FINE { FINE_SOLVERS } else { SOLVERS }.into());
     inputs.geometry(geometry);
     inputs.number(options.max_wavenumber);
     inputs.number(options.accuracy);

@@ -13,11 +13,12 @@ fn a_cosine_is_one_amplitude_and_comes_back() {
     forward.process(&mut signal.clone(), &mut spectrum).unwrap();
     for (m, amplitude) in spectrum.iter().enumerate() {
         let expected = if m == harmonic { length as f64 / 2.0 } else { 0.0 };
-        // Seen: 2.7e-15.
+        // Seen: 2.4e-15.
         assert!((amplitude.re - expected).hypot(amplitude.im) < 1e-14, "{m}: {amplitude}");
     }
     inverse.process(&mut spectrum, &mut back).unwrap();
     for (x, y) in signal.iter().zip(back) {
+        // Seen: 2.2e-16.
         assert!((x - y / length as f64).abs() < 1e-15, "{x} {y}");
     }
 }

@@ -382,16 +382,16 @@ pub(super) fn fine(accuracy: f64) -> f64 {
 
 /// Warning about a solver that is less accurate than asked.
 pub(super) fn less_accurate(asked: f64, candidate: &Candidate) -> Option<String> {
-    let limit = "more exceeds the limit of work or of memory, which a lower --max-frequency meets";
     match candidate {
         Candidate::Triangles(Resolution { accuracy, .. }) if *accuracy > asked => Some(format!(
-            "its clicks are within about {:.2} % and not {:.2} %: {limit}",
+            "its clicks are within about {:.2} % and not {:.2} %: more exceeds the limit of work or of \
+             memory, which a lower --max-frequency meets",
             100.0 * accuracy,
             100.0 * asked
         )),
         Candidate::TimeDomain { .. } if asked < COARSEST_ACCURACY => Some(format!(
             "its clicks are simulated in time, within about 1 % where it is rounded and 5 % where it is thin \
-             and sharp, and not within {:.2} %: {limit}",
+             and sharp: cells do not follow an accuracy of {:.2} %",
             100.0 * asked
         )),
         _ => None,

@@ -4,13 +4,13 @@ use std::fmt::Display;
 
 use clangor_pipeline::dataset::DatasetError;
 use clangor_pipeline::interchange::body_files::InterchangeError;
-#[cfg(feature = "playback")]
-use clangor_pipeline::playback::PlaybackError;
 use clangor_pipeline::session;
 use clangor_pipeline::stages::load::LoadError;
 use clangor_pipeline::stages::render::RenderError;
 use clangor_pipeline::stages::simulate::SimulateError;
 use clangor_pipeline::stages::sound_models::{ModelOptionsError, SoundModelError};
+#[cfg(feature = "playback")]
+use clangor_playback::PlaybackError;
 
 use crate::diagnostics::{draw_error, draw_errors};
 
@@ -98,6 +98,7 @@ impl From<PlaybackError> for Failure {
             PlaybackError::UnknownDevice { .. } => {
                 Failure::new(format_args!("{error}; --devices lists them"))
             }
+            PlaybackError::Session(error) => error.into(),
             PlaybackError::Stopped => Failure::InterruptedWith(error.to_string()),
             other => Failure::new(other),
         }
@@ -124,8 +125,6 @@ impl From<session::Error> for Failure {
             session::Error::Simulate(error) => error.into(),
             session::Error::Render(error) => error.into(),
             session::Error::Models(error) => error.into(),
-            #[cfg(feature = "playback")]
-            session::Error::Playback(error) => error.into(),
             session::Error::ModelOptions(error) => error.into(),
             session::Error::NoMaterial { name } => {
                 Failure::new(format_args!("what is \"{name}\" made of? add --material NAME"))

@@ -5,8 +5,6 @@ pub mod dataset;
 pub mod formats;
 pub mod interchange;
 pub mod motion;
-#[cfg(feature = "playback")]
-pub mod playback;
 pub mod plots;
 pub mod session;
 pub mod stages;

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! Each step runs the steps before it that have not run yet, and keeps its result. A session of a timeline
-//! folder also writes the run for the page ([`Session::export_web`]); with the feature `playback`, a session
-//! plays on an audio device. For a single impact on a
-//! single body there is [`Strike`].
+//! folder also writes the run for the page ([`Session::export_web`]), and any session hands it over in
+//! the real-time engine ([`Session::levelled_run`]). For a single impact on a single body there is
+//! [`Strike`].
 //!
 //! ```no_run
 //! use clangor_pipeline::session::Session;
@@ -24,10 +24,9 @@ mod builder;
 pub mod compare;
 mod compare_error;
 mod error;
+mod levelled_run;
 mod live_body;
 pub mod named_body;
-#[cfg(feature = "playback")]
-mod play;
 mod progress;
 mod saved_forces;
 pub(crate) mod sounding_body;
@@ -55,6 +54,7 @@ pub use self::builder::{SessionBuilder, reseed};
 pub use self::compare::{Compare, Comparison};
 pub use self::compare_error::CompareError;
 pub use self::error::Error;
+pub use self::levelled_run::LevelledRun;
 pub use self::live_body::{LiveBody, Meeting, Partner};
 pub use self::named_body::{GltfBody, NamedSolid};
 pub use self::progress::{Progress, Stage};
@@ -138,6 +138,11 @@ impl<'p> Session<'p> {
     #[must_use]
     pub fn on_progress(self, on_progress: impl FnMut(&Progress<'_>) -> ControlFlow<()> + Send + 'p) -> Self {
         Session { on_progress: Box::new(on_progress), ..self }
+    }
+
+    /// Tells the receiver of progress how far a step outside the session is; breaks to stop it.
+    pub fn report(&mut self, progress: &Progress<'_>) -> ControlFlow<()> {
+        (self.on_progress)(progress)
     }
 
     /// The bodies: those present from the beginning, and after [`simulate`](Self::simulate) all that ever

@@ -28,7 +28,7 @@ use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::stages::load::{load_mesh, load_scene, scene_from_text};
 use clangor_pipeline::stages::simulate::{check_motion, simulation_settings};
 use clangor_sim::simulate;
-use fuzzing::{Target, fuzz};
+use fuzzing::{Target, fuzz, in_memory};
 
 /// Longest motion that a scene is given here [s].
 const SHORT: f64 = 0.02;
@@ -478,7 +478,14 @@ fn fuzz_pose_tables() {
 
 /// Bytes of a timeline's description and of its tables, without the hashes that would hide every change.
 fn timeline_seeds() -> (tempfile::TempDir, std::path::PathBuf) {
-    let (folder, path, _) = timelines::broken();
+    let (_folder, recorded, _) = timelines::broken();
+    let folder = tempfile::tempdir_in(in_memory()).unwrap();
+    let path = folder.path().join("fuzzed.timeline");
+    fs::create_dir(&path).unwrap();
+    for entry in fs::read_dir(&recorded).unwrap() {
+        let from = entry.unwrap().path();
+        fs::copy(&from, path.join(from.file_name().unwrap())).unwrap();
+    }
     let file = path.join("timeline.json");
     let mut description: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();

@@ -69,11 +69,11 @@ pub use clangor_bake as bake;
 pub use clangor_core::*;
 #[cfg(feature = "offline")]
 pub use clangor_pipeline as pipeline;
-#[cfg(feature = "playback")]
-pub use clangor_pipeline::playback;
 #[cfg(feature = "offline")]
 pub use clangor_pipeline::session::{
     self, Error, Progress, RenderedSound, Session, SessionBuilder, Stage, Strike, StruckBody,
 };
+#[cfg(feature = "playback")]
+pub use clangor_playback as playback;
 #[cfg(feature = "realtime")]
 pub use clangor_sim as sim;

@@ -111,13 +111,17 @@ fn watch(path: PathBuf) -> Arc<AtomicU64> {
     turn
 }
 
+/// Where inputs are written: in memory, where there is such a folder. To write a file anew waits for a disk.
+pub(crate) fn in_memory() -> &'static Path {
+    let memory = Some(Path::new("/dev/shm")).filter(|memory| memory.is_dir());
+    memory.unwrap_or(Path::new(env!("CARGO_TARGET_TMPDIR")))
+}
+
 /// Gives changed inputs to `read`, which gets the file that holds the input and its bytes, and returns a text
 /// by which outcomes are told apart: the message of an error, or what was read.
 pub(crate) fn fuzz(target: &Target<'_>, read: &dyn Fn(&Path, &[u8]) -> String) {
     let folder = format!("fuzz-{}-{}", target.name, process::id());
-    // In memory where there is such a folder: to write a file anew waits for a disk.
-    let memory = Some(Path::new("/dev/shm")).filter(|memory| memory.is_dir());
-    let folder = memory.unwrap_or(Path::new(env!("CARGO_TARGET_TMPDIR"))).join(folder);
+    let folder = in_memory().join(folder);
     fs::create_dir_all(&folder).unwrap();
     let path = folder.join(format!("input.{}", target.extension));
     println!("{}: inputs at {}", target.name, path.display());

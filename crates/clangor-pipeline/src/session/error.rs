@@ -18,8 +18,6 @@ use crate::formats::timeline_file::TimelineError;
 use crate::formats::wav::WavError;
 use crate::formats::web_replay::ReplayError;
 use crate::interchange::audio_rigid_bodies::{AudioFileError, AudioUseError};
-#[cfg(feature = "playback")]
-use crate::playback::PlaybackError;
 use crate::stages::load::LoadError;
 use crate::stages::render::RenderError;
 use crate::stages::simulate::SimulateError;
@@ -71,10 +69,6 @@ pub enum Error {
     /// The replay for the page cannot be written.
     #[error(transparent)]
     Replay(#[from] ReplayError),
-    /// The run was not played to its end.
-    #[cfg(feature = "playback")]
-    #[error(transparent)]
-    Playback(#[from] PlaybackError),
     /// A shape or mesh file cannot be used.
     #[error("\"{name}\" cannot be used: {source}")]
     Geometry {
@@ -205,8 +199,6 @@ impl Error {
             Error::Simulate(error) => error.is_interruption(),
             Error::Models(error) => matches!(error, SoundModelError::Interrupted),
             Error::Render(error) => matches!(error, RenderError::Interrupted),
-            #[cfg(feature = "playback")]
-            Error::Playback(error) => matches!(error, PlaybackError::Stopped),
             Error::Interrupted => true,
             _ => false,
         }

@@ -37,7 +37,7 @@ impl Progress<'_> {
     }
 
     /// A stage at `time` of `total` \[s\].
-    pub(super) fn of_time(stage: Stage, step: &'static str, (time, total): (f64, f64)) -> Self {
+    pub fn of_time(stage: Stage, step: &'static str, (time, total): (f64, f64)) -> Self {
         let done = if total > 0.0 { time / total } else { 1.0 };
         Progress { stage, done, body: "", step }
     }

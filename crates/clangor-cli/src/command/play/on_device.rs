@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clangor_pipeline::playback::{PlaybackDevice, PlaybackOptions, PlaybackReport, devices};
+use clangor_playback::{PlaybackDevice, PlaybackOptions, PlaybackReport, PreparedPlayback, devices};
 use serde_json::json;
 
 use super::super::session::{StageBars, check_simulated, open, prepare, settings, warn_of_plates};
@@ -46,7 +46,7 @@ pub(super) fn run(input: &Path, options: &Play, global: &Global, console: &Conso
     prepare(&mut session, console, &bars)?;
     warn_of_plates(&session, console);
     let playback = PlaybackOptions { device: Some(device), full_scale: options.full_scale };
-    let prepared = session.prepare_playback(playback)?;
+    let prepared = PreparedPlayback::new(&mut session, playback)?;
     bars.clear();
     let (from, to) = prepared.window();
     console.say(format_args!(

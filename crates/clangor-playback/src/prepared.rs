@@ -4,12 +4,14 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use clangor_core::realtime::{PlaybackLevel, Report};
+use clangor_pipeline::session::{LevelledRun, Session};
+use clangor_pipeline::stages::event_schedule::event_feeder::EventFeeder;
+use clangor_pipeline::stages::event_schedule::scheduled_engine::ScheduledEngine;
 
+use super::PlaybackOptions;
 use super::device::PlaybackDevice;
 use super::error::PlaybackError;
 use super::report::PlaybackReport;
-use crate::stages::event_schedule::event_feeder::EventFeeder;
-use crate::stages::event_schedule::scheduled_engine::ScheduledEngine;
 
 /// Silence before the beginning \[s\], so that the first impact comes in time.
 const LEAD: f64 = 0.1;
@@ -20,29 +22,27 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 /// An engine with the events of a run, and the device that it is to play on.
 pub struct PreparedPlayback {
-    run: ScheduledEngine,
+    run: LevelledRun,
     device: PlaybackDevice,
-    full_scale: f64,
-    /// Start and end in the time of the run \[s\].
-    window: (f64, f64),
 }
 
 impl PreparedPlayback {
-    /// Plays the part of a run from `from` to `to` \[s\]; `full_scale` is the pressure of a full-scale sample
-    /// \[Pa\]. The engine of the run has the sample rate of the device.
+    /// All steps up to the moment before the first sample, for a caller that reports the device and the full
+    /// scale first; else there is [`play`](super::play).
     ///
     /// # Errors
-    /// [`PlaybackError::FullScale`] unless the full scale is above 0.
-    pub fn new(
-        run: ScheduledEngine,
-        device: PlaybackDevice,
-        full_scale: f64,
-        (from, to): (f64, f64),
-    ) -> Result<Self, PlaybackError> {
-        if !(full_scale > 0.0 && full_scale.is_finite()) {
-            return Err(PlaybackError::FullScale { pressure: full_scale });
+    /// [`PlaybackError::FullScale`] unless the full scale is above 0, [`PlaybackError::Session`] for the run,
+    /// and for the default device those of [`PlaybackDevice::open`], before anything is simulated.
+    pub fn new(session: &mut Session<'_>, options: PlaybackOptions) -> Result<Self, PlaybackError> {
+        if let Some(pressure) = options.full_scale.filter(|pa| !(*pa > 0.0 && pa.is_finite())) {
+            return Err(PlaybackError::FullScale { pressure });
         }
-        Ok(PreparedPlayback { run, device, full_scale, window: (from, to) })
+        let device = match options.device {
+            Some(device) => device,
+            None => PlaybackDevice::open(None)?,
+        };
+        let run = session.levelled_run(device.sample_rate(), options.full_scale)?;
+        Ok(PreparedPlayback { run, device })
     }
 
     /// The device.
@@ -52,17 +52,17 @@ impl PreparedPlayback {
 
     /// Pressure of a full-scale sample \[Pa\].
     pub fn full_scale(&self) -> f64 {
-        self.full_scale
+        self.run.full_scale
     }
 
     /// Start and end of the played part, in the time of the run \[s\].
     pub fn window(&self) -> (f64, f64) {
-        self.window
+        self.run.window
     }
 
     /// Duration of the playback with the silence before it \[s\].
     pub fn duration(&self) -> f64 {
-        self.window.1 - self.window.0 + LEAD
+        self.run.window.1 - self.run.window.0 + LEAD
     }
 
     /// Plays to the end, in the time of the device. `on_progress` gets the time played \[s\], up to
@@ -76,7 +76,7 @@ impl PreparedPlayback {
         on_progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<PlaybackReport, PlaybackError> {
         let length = self.duration();
-        let PreparedPlayback { run, device, full_scale, window: (from, to) } = self;
+        let PreparedPlayback { run: LevelledRun { run, full_scale, window: (from, to) }, device } = self;
         let ScheduledEngine { schedule, listener, mut controller, engine, .. } = run;
         let rate = f64::from(device.sample_rate());
         let (before, first, latency) = (engine.report(), engine.time(), engine.latency());

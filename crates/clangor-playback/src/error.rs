@@ -1,9 +1,10 @@
 //! Why a run was not played to its end.
 
 use clangor_core::realtime::SendError;
+use clangor_pipeline::session;
 
 /// Why a run was not played to its end.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum PlaybackError {
     /// The system does not list its devices.
     #[error("the system tells no audio devices: {why}")]
@@ -58,6 +59,9 @@ pub enum PlaybackError {
         /// The full scale \[Pa\].
         pressure: f64,
     },
+    /// The session gave no run that the engine can play.
+    #[error(transparent)]
+    Session(#[from] session::Error),
     /// The engine has ended.
     #[error(transparent)]
     Engine(#[from] SendError),

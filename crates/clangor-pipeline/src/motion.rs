@@ -7,6 +7,7 @@
 //! | `kinematics` | velocities between frames, their jumps beyond gravity, and free flight continued past a
 //! frame |
 //! | `jump_windows` | which jumps belong to one impact, and its instant between two frames |
+//! | `parts_of_one` | the same for a part of a larger thing |
 //! | `touching` | where two surfaces touch, with normal and gap |
 //! | `impulse_fit` | impulses at given points that explain given jumps |
 //! | `impacts` | contact rows of a recording, by the modules above |
@@ -29,6 +30,7 @@ mod lasting_contacts;
 mod lasting_fit;
 mod lasting_jumps;
 pub(crate) mod parts;
+mod parts_of_one;
 mod pose_noise;
 pub mod recording;
 mod touching;

@@ -125,6 +125,9 @@ pub struct GltfNode {
     pub physics: NodePhysics,
     /// Whether it or a node above it is animated.
     pub is_animated: bool,
+    /// Number of the node whose curves move it, its own or that of the nearest above it: nodes with one number
+    /// move as one.
+    pub moved_by: Option<usize>,
 }
 
 /// Reads the nodes of the default scene.
@@ -174,6 +177,7 @@ pub fn read_gltf_motion(path: &Path) -> Result<Vec<GltfNode>, GltfMotionError> {
             shape,
             physics,
             is_animated: motion.is_animated,
+            moved_by: motion.moved_by,
         });
     }
     Ok(nodes)

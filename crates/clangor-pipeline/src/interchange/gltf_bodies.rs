@@ -145,7 +145,7 @@ pub(super) fn add_nodes(
             node.frames.iter().map(|frame| Frame { pose: at_centre(frame.pose), ..*frame }).collect();
         let body = BodyId(index as u32);
         kinematic.extend(node.physics.is_kinematic.then_some(body));
-        recorded.push(RecordedBody { body, frames });
+        recorded.push(RecordedBody { body, frames, group: node.moved_by });
     }
     Ok((recorded, kinematic))
 }

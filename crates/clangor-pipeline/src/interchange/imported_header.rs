@@ -6,8 +6,9 @@ use clangor_core::body::World;
 use crate::formats::timeline_file::{Origin, TimelineHeader};
 use crate::stages::load::LoadedScene;
 
-/// The header for a world with the settings of a scene, up to a time \[s\]; `solver` names the source, and
-/// `step` is the length of the frames \[s\] whose lasting contacts are all there.
+/// The header for a world with the settings of a scene, for a motion that ends at a time \[s\]; `solver` names
+/// the source, and `step` is the length of the frames \[s\] whose lasting contacts are all there. What rings
+/// beyond the end of the motion is heard as long as the scene lasts.
 pub(super) fn imported_header(
     loaded: &LoadedScene,
     world: World,
@@ -22,7 +23,7 @@ pub(super) fn imported_header(
         origin: Origin {
             solver: solver.into(),
             time_step: step.unwrap_or(0.0),
-            duration,
+            duration: simulation.duration.max(duration),
             v_min: simulation.v_min,
             pose_rate: 0.0,
             raw_log: step.is_some(),

@@ -22,6 +22,7 @@ use glam::DVec3;
 use super::impulse_fit::{FitBody, FitContact, fit_impulses};
 use super::jump_windows::{JumpWindow, jump_windows};
 use super::kinematics::{Inertia, Kinematics, State};
+use super::parts_of_one::windows_of_part;
 use super::recording::RecordedBody;
 use super::touching::{Placed, SampledSurface, Touch, may_touch, touches};
 
@@ -67,16 +68,7 @@ pub(super) fn find_impacts_in_noise(
     noise: &[f64],
 ) -> MotionImpacts {
     let mut scene = Scene::new(world, recorded);
-    let mut windows: Vec<JumpWindow> = scene
-        .kinematics
-        .iter()
-        .enumerate()
-        .filter_map(|(index, kinematics)| Some((BodyId(index as u32), kinematics.as_ref()?)))
-        .flat_map(|(body, kinematics)| {
-            let noise = noise.get(body.index()).copied().unwrap_or(0.0);
-            jump_windows(body, kinematics, (v_min, noise))
-        })
-        .collect();
+    let mut windows: Vec<JumpWindow> = scene.windows(recorded, v_min, noise);
     windows.sort_by(|a, b| a.time.total_cmp(&b.time));
     scene.windows_of_bodies(&windows);
     let mut found = MotionImpacts::default();
@@ -87,12 +79,17 @@ pub(super) fn find_impacts_in_noise(
             continue;
         }
         done[index] = true;
+        let is_at_end = scene.is_at_end(&windows[index]);
         let event = scene.event(&windows, index, &mut done);
         match event {
+            // A body in flight or on its way along a floor does not stop because its keys end.
+            Some(event) if is_at_end && event.residual > POOR => {}
+            None if is_at_end => {}
             Some(event) => event.write(&scene, v_min, &mut next_id, &mut found),
             None => found.untouched.push((windows[index].body, windows[index].time)),
         }
     }
+    scene.drop_jumps_of_parts(&windows, &mut found);
     found.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
     found.states.sort_by(|a, b| a.time.total_cmp(&b.time));
     found
@@ -103,6 +100,8 @@ pub(super) struct Scene<'a> {
     pub(super) world: &'a World,
     pub(super) surfaces: Vec<Arc<SampledSurface>>,
     pub(super) kinematics: Vec<Option<Kinematics<'a>>>,
+    /// Group of each body whose parts move as one.
+    groups: Vec<Option<usize>>,
     /// Places of the windows of each body, in order of time.
     windows: Vec<Vec<usize>>,
 }
@@ -134,15 +133,61 @@ impl<'a> Scene<'a> {
             Arc::clone(entry.or_insert_with(|| Arc::new(SampledSurface::new(&body.surface))))
         });
         let surfaces = surfaces.collect();
+        let mut groups = vec![None; world.bodies.len()];
         let mut kinematics: Vec<Option<Kinematics<'a>>> = world.bodies.iter().map(|_| None).collect();
-        for RecordedBody { body, frames } in recorded {
+        for RecordedBody { body, frames, group } in recorded {
+            groups[body.index()] = *group;
             let Body { mass, inertia, motion, .. } = &world.bodies[body.index()];
             if matches!(motion, Motion::Free) && frames.len() > 1 {
                 let inertia = Inertia::new(*mass, *inertia, world.gravity);
                 kinematics[body.index()] = Some(Kinematics::new(frames, inertia));
             }
         }
-        Scene { world, surfaces, kinematics, windows: vec![Vec::new(); world.bodies.len()] }
+        Scene { world, surfaces, kinematics, groups, windows: vec![Vec::new(); world.bodies.len()] }
+    }
+
+    /// Whether an impact is the end of the keys of its body.
+    fn is_at_end(&self, window: &JumpWindow) -> bool {
+        let of_body = self.kinematics[window.body.index()].as_ref();
+        of_body.is_some_and(|kinematics| {
+            kinematics.last_key + 1 < kinematics.frames.len() && window.last >= kinematics.last_key
+        })
+    }
+
+    /// The windows of all bodies in the order of the bodies.
+    fn windows(&self, recorded: &[RecordedBody], v_min: f64, noise: &[f64]) -> Vec<JumpWindow> {
+        let (mut of_body, mut parts) = (vec![None; self.world.bodies.len()], BTreeMap::new());
+        for body in recorded {
+            of_body[body.body.index()] = Some(body);
+            *parts.entry(body.group).or_insert(0) += 1;
+        }
+        let mut windows = Vec::new();
+        for (index, body) in of_body.into_iter().enumerate() {
+            let (Some(body), Some(kinematics)) = (body, &self.kinematics[index]) else { continue };
+            let limits = (v_min, noise.get(index).copied().unwrap_or(0.0));
+            let is_part = body.group.is_some() && parts[&body.group] > 1;
+            windows.extend(if is_part {
+                windows_of_part(self.world, recorded, body, limits)
+            } else {
+                jump_windows(body.body, kinematics, limits)
+            });
+        }
+        windows
+    }
+
+    /// A part that touches nothing jumps with that of its group which does.
+    fn drop_jumps_of_parts(&self, windows: &[JumpWindow], found: &mut MotionImpacts) {
+        let is_of_part = |(body, time): &(BodyId, f64)| {
+            if self.groups[body.index()].is_none() {
+                return false;
+            }
+            let span = windows.iter().find(|w| w.body == *body && w.time == *time).map_or(0.0, |w| w.span);
+            let near = |row: &&ContactRow| (row.time - time).abs() <= 2.0 * span;
+            let mut rows = found.contacts.iter().filter(near).flat_map(|row| [row.body_a, row.body_b]);
+            rows.any(|other| self.move_as_one(other, *body))
+        };
+        let left = found.untouched.iter().copied().filter(|jump| !is_of_part(jump)).collect();
+        found.untouched = left;
     }
 
     fn windows_of_bodies(&mut self, windows: &[JumpWindow]) {
@@ -199,7 +244,8 @@ impl<'a> Scene<'a> {
             // What an impact sets in motion may rest on others, through which the impulse goes on; what has
             // an impact of its own may be farther away at a wrong instant.
             let factor = if one.window.is_some() { factor } else { 1.0 };
-            for other in (0..self.world.bodies.len() as u32).map(BodyId).filter(|id| *id != one.body) {
+            let others = (0..self.world.bodies.len() as u32).map(BodyId);
+            for other in others.filter(|id| *id != one.body && !self.move_as_one(one.body, *id)) {
                 let place = members.iter().position(|member| member.body == other);
                 // A pair is searched once, from the member that came first.
                 if place.is_some_and(|place| place < next && members[place].fit.inverse_mass > 0.0) {
@@ -239,6 +285,11 @@ impl<'a> Scene<'a> {
         let contacts: Vec<FitContact> = points.iter().map(|(contact, _)| *contact).collect();
         let fit = fit_impulses(&bodies, &contacts);
         Some((Event { time, members, points, impulses: fit.impulses, residual: fit.residual }, used))
+    }
+
+    fn move_as_one(&self, a: BodyId, b: BodyId) -> bool {
+        let [a, b] = [a, b].map(|id| self.groups[id.index()]);
+        a.is_some() && a == b
     }
 
     /// μ of a pair with what recordings may have above it.
@@ -330,10 +381,17 @@ pub(super) fn state_of_unrecorded(body: &Body, time: f64) -> State {
     State { pose, velocity, angular_velocity }
 }
 
-/// Jumps of the frames around an instant, of a body without an impact there.
+/// Jumps of the frames around an instant, of a body without an impact there, beyond what holds it.
 fn small_jumps(kinematics: &Kinematics<'_>, time: f64) -> (DVec3, DVec3) {
     let index = kinematics.interval_at(time).filter(|_| kinematics.is_recorded_at(time));
     let Some(index) = index else { return (DVec3::ZERO, DVec3::ZERO) };
-    let around = &kinematics.jumps[index..=index + 1];
-    (around.iter().map(|jump| jump.velocity).sum(), around.iter().map(|jump| jump.angular_momentum).sum())
+    let is_between = |k: &usize| *k > 0 && *k + 1 < kinematics.frames.len();
+    let held = |k: &usize| is_between(k) && kinematics.is_supported(*k);
+    let gravity = kinematics.inertia.gravity;
+    let frames = || index..=index + 1;
+    let velocity = |k: usize| {
+        let jump = kinematics.jumps[k];
+        if held(&k) { jump.velocity + gravity * jump.span } else { jump.velocity }
+    };
+    (frames().map(velocity).sum(), frames().map(|k| kinematics.jumps[k].angular_momentum).sum())
 }

@@ -12,6 +12,15 @@
 //! An impact between two frames shares its jump J between them, Δₖ = (1 − f) J and Δₖ₊₁ = f J, where f is the
 //! part of the frame that had passed: this is the instant in which the flights before and after meet. Jumps
 //! of two frames are one impact where they have one direction; f follows from their projections on J.
+//!
+//! A support that holds the body before the impact (a hand) or after it (a table) pushes for a part of both
+//! frames, and what it gives is no impact. With its pushes B and A in a whole frame,
+//!
+//! ```text
+//! Δₖ   = (1 − f) J + (1 − (1 − f)²/2) B + (1 − f)²/2 A
+//! Δₖ₊₁ = f J       + f²/2 B             + (1 − f²/2) A
+//! ```
+//!
 //! Impacts in frames that follow each other share a jump, and are told apart by their directions:
 //!
 //! ```text
@@ -51,6 +60,11 @@ const LARGEST_RATIO: f64 = 30.0;
 /// The same for a jump that is small against its neighbour, whose direction is uncertain.
 const SMALL_SAME_DIRECTION: f64 = 0.5;
 
+/// Steps to the part of a frame at which an impact of a supported body happens, and the change at which they
+/// end.
+const PART_STEPS: usize = 40;
+const PART_CHANGE: f64 = 1e-9;
+
 /// An impact seen by one body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct JumpWindow {
@@ -77,7 +91,7 @@ pub(super) fn jump_windows(
     (v_min, noise): (f64, f64),
 ) -> Vec<JumpWindow> {
     let clear = 0.2 * v_min + CLEAR_OF_NOISE * noise;
-    let run = Run { body, kinematics, hits: hits(kinematics, clear) };
+    let run = Run { body, kinematics, hits: hits(kinematics, clear), clear };
     let mut windows: Vec<JumpWindow> = run.of_release(clear).into_iter().collect();
     let mut k = 1 + windows.len();
     while k + 1 < kinematics.frames.len() {
@@ -100,6 +114,8 @@ struct Run<'a> {
     body: BodyId,
     kinematics: &'a Kinematics<'a>,
     hits: Vec<bool>,
+    /// What sound and noise demand of a jump [m/s].
+    clear: f64,
 }
 
 impl Run<'_> {
@@ -132,7 +148,7 @@ impl Run<'_> {
         let is_one = |k: usize| cosine(self.kinematics, k, k + 1) > SAME_DIRECTION;
         match length {
             0 | 1 => {}
-            _ if is_one(k) => return (vec![self.window(k, k + 1)], 2),
+            _ if is_one(k) => return (self.window(k, k + 1).into_iter().collect(), 2),
             2 => {}
             3 => {
                 if let Some(found) = self.two_impacts(k) {
@@ -148,11 +164,11 @@ impl Run<'_> {
                 }
             }
         }
-        (vec![self.single(k, before)], 1)
+        (self.single(k, before).into_iter().collect(), 1)
     }
 
     /// An impact near one frame, with the share below the threshold that a neighbour may have.
-    fn single(&self, k: usize, before: usize) -> JumpWindow {
+    fn single(&self, k: usize, before: usize) -> Option<JumpWindow> {
         let share = |other: usize| {
             let is_free = other > before && other > 0 && other + 1 < self.kinematics.frames.len();
             let joins =
@@ -231,19 +247,65 @@ impl Run<'_> {
         }
     }
 
-    fn window(&self, first: usize, last: usize) -> JumpWindow {
+    /// An impact with shares at one frame or two, without what a support gives there; `None` if nothing is
+    /// left.
+    fn window(&self, first: usize, last: usize) -> Option<JumpWindow> {
         let kinematics = self.kinematics;
-        let whole = kinematics.jumps[first];
-        if last == first {
-            let mut single = self.shared(first, whole, 0.0);
-            single.last = first;
-            return single;
+        let late = if last > first { kinematics.jumps[last] } else { Jump::default() };
+        let whole = sum(&kinematics.jumps[first], &late);
+        let support = Support::around(kinematics, first, last);
+        let dot = |a: &Jump, b: &Jump| product(kinematics, first, a, b);
+        let (mut part, mut jump) = (0.0, whole);
+        for _ in 0..PART_STEPS {
+            let pushes = support.pushes(part);
+            let given = if last > first { sum(&pushes[0], &pushes[1]) } else { pushes[0] };
+            jump = sum(&whole, &scaled(&given, -1.0));
+            let size = dot(&jump, &jump);
+            if last == first || size <= 0.0 {
+                break;
+            }
+            let next = (dot(&sum(&late, &scaled(&pushes[1], -1.0)), &jump) / size).clamp(0.0, 1.0);
+            let change = (next - part).abs();
+            part = next;
+            if change < PART_CHANGE || support.is_none() {
+                break;
+            }
         }
-        let late = kinematics.jumps[last];
-        let whole = sum(&whole, &late);
-        let size = product(kinematics, first, &whole, &whole);
-        let part = if size > 0.0 { product(kinematics, first, &late, &whole) / size } else { 0.0 };
-        self.shared(first, whole, part.clamp(0.0, 1.0))
+        let is_left = support.is_none() || kinematics.size(first, &jump) > self.clear;
+        let window = self.shared(first, jump, part);
+        is_left.then_some(JumpWindow { last, ..window })
+    }
+}
+
+/// What holds a body before and after an impact: its pushes in a whole frame.
+struct Support {
+    before: Jump,
+    after: Jump,
+}
+
+impl Support {
+    fn around(kinematics: &Kinematics<'_>, first: usize, last: usize) -> Self {
+        let held = |k: usize| {
+            let is_between = k > 0 && k + 1 < kinematics.frames.len();
+            let velocity = if is_between && kinematics.is_supported(k) {
+                kinematics.jumps[k].velocity
+            } else {
+                DVec3::ZERO
+            };
+            Jump { velocity, ..Jump::default() }
+        };
+        Support { before: held(first - 1), after: held(last + 1) }
+    }
+
+    fn is_none(&self) -> bool {
+        self.before.velocity == DVec3::ZERO && self.after.velocity == DVec3::ZERO
+    }
+
+    /// Its part of the jumps of both frames, around an impact after this part of the frame between them.
+    fn pushes(&self, part: f64) -> [Jump; 2] {
+        let (early, late) = (0.5 * (1.0 - part).powi(2), 0.5 * part.powi(2));
+        [(1.0 - early, early), (late, 1.0 - late)]
+            .map(|(before, after)| sum(&scaled(&self.before, before), &scaled(&self.after, after)))
     }
 }
 
@@ -275,7 +337,10 @@ fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
         let around = jumps.get(low..high).unwrap_or_default();
         around.is_empty() || around.iter().filter(|jump| jump.size < excess).count() > around.len() / 4
     };
-    (0..jumps.len()).map(|k| is_hit(k) && !is_lasting(jumps, k, g)).collect()
+    // A support that has just begun is steady from its second frame on.
+    let is_supported = |k: usize| k > 0 && k + 1 < jumps.len() && kinematics.is_supported(k);
+    let is_carried = |k: usize| is_supported(k) && (is_supported(k + 1) || is_supported(k - 1));
+    (0..jumps.len()).map(|k| is_hit(k) && !is_carried(k) && !is_lasting(jumps, k, g)).collect()
 }
 
 /// Whether a jump is within a row of five that go over into each other, within 10 ms: a force that lasts, as

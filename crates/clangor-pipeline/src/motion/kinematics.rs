@@ -107,6 +107,8 @@ pub(super) struct Kinematics<'a> {
     pub(super) jumps: Vec<Jump>,
     /// Jump at the first frame of a body that is released at rest there.
     pub(super) release: Jump,
+    /// Index of the last frame that is no repetition of the one before.
+    pub(super) last_key: usize,
 }
 
 impl<'a> Kinematics<'a> {
@@ -125,7 +127,9 @@ impl<'a> Kinematics<'a> {
             let velocity = first.velocity - inertia.gravity * span;
             inertia.jump((velocity, first.angular_momentum), frames[0].pose.orientation, span)
         });
-        Kinematics { frames, inertia, intervals, jumps, release }
+        let held = frames.iter().rev().zip(frames.iter().rev().skip(1)).take_while(|(b, a)| b.row == a.row);
+        let last_key = frames.len().saturating_sub(1 + held.count());
+        Kinematics { frames, inertia, intervals, jumps, release, last_key }
     }
 
     /// The interval that holds a time; the first or last outside.
@@ -190,6 +194,12 @@ impl<'a> Kinematics<'a> {
         let (jump, g) = (self.jumps[index], self.inertia.gravity);
         let held = -g * jump.span;
         held.length() > 0.0 && (jump.velocity - held).length() < 0.5 * held.length()
+    }
+
+    /// √(Δv² + ΔL·I⁻¹ΔL / m) of a jump at a frame [m/s].
+    pub(super) fn size(&self, frame: usize, jump: &Jump) -> f64 {
+        let orientation = self.frames[frame].pose.orientation;
+        self.inertia.jump((jump.velocity, jump.angular_momentum), orientation, jump.span).size
     }
 
     /// Whether a time lies between the first frame and the last.

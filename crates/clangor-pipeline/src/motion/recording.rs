@@ -7,6 +7,11 @@ use clangor_core::quantity::{COORDINATE, readable};
 /// Latest frame, as the longest duration of a scene \[s\].
 pub const MAX_TIME: f64 = 3600.0;
 
+/// Frames after the last key of a body that moved up to it.
+const HELD_FRAMES: u32 = 3;
+/// Length of such a frame, at most \[s\].
+const HELD_LENGTH: f64 = 1.0 / 24.0;
+
 /// Pose of a body at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
@@ -23,8 +28,23 @@ pub struct Frame {
 pub struct RecordedBody {
     /// The body.
     pub body: BodyId,
-    /// In order of time, at least one.
+    /// In order of time, at least one. Those that only hold the last pose repeat its row.
     pub frames: Vec<Frame>,
+    /// Bodies of one group are parts of one thing, and never hit each other.
+    pub group: Option<usize>,
+}
+
+impl RecordedBody {
+    /// Adds frames that hold the last pose of a body that moved up to it: a stop is seen by what follows it.
+    pub(crate) fn hold_last(&mut self) {
+        let [.., before, last] = self.frames[..] else { return };
+        if before.pose == last.pose {
+            return;
+        }
+        let span = (last.time - before.time).min(HELD_LENGTH);
+        let held = (1..=HELD_FRAMES).map(|k| Frame { time: last.time + f64::from(k) * span, ..last });
+        self.frames.extend(held.filter(|frame| frame.time <= MAX_TIME));
+    }
 }
 
 /// Why a recording cannot be used.

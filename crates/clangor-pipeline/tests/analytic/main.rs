@@ -7,6 +7,7 @@ mod falling_balls;
 mod parquet_columns;
 
 mod ground_render;
+mod held_bodies;
 mod listed_flights;
 mod motion_impacts;
 mod plate_impacts;

@@ -35,7 +35,11 @@ impl Flight {
 
 fn sampled(body: u32, rate: f64, duration: f64, pose: impl Fn(f64) -> Pose) -> RecordedBody {
     let frame = |k: u64| Frame { time: k as f64 / rate, pose: pose(k as f64 / rate), row: k };
-    RecordedBody { body: BodyId(body), frames: (0..=(duration * rate) as u64).map(frame).collect() }
+    RecordedBody {
+        body: BodyId(body),
+        frames: (0..=(duration * rate) as u64).map(frame).collect(),
+        group: None,
+    }
 }
 
 fn world(bodies: Vec<Body>) -> World {

@@ -17,6 +17,7 @@ mod datasets;
 mod exact_forms;
 mod field_plot;
 mod implicit_bodies;
+mod last_keys;
 mod lasting_contacts;
 mod long_recordings;
 mod mesh_file_class;

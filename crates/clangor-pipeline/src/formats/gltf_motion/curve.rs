@@ -63,6 +63,14 @@ impl Curves {
     }
 }
 
+impl Curves {
+    /// Whether the node turns or changes its place by them.
+    pub(super) fn moves(&self) -> bool {
+        let curves = [&self.translation, &self.rotation].into_iter().flatten();
+        curves.flat_map(|curve| curve.values.windows(2)).any(|pair| pair[0] != pair[1])
+    }
+}
+
 fn read(
     file: &GltfFile,
     animation: &Animation,

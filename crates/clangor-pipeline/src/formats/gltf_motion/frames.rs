@@ -27,6 +27,8 @@ pub(super) struct NodeMotion {
     /// Factor on the coordinates of its mesh.
     pub(super) scale: DVec3,
     pub(super) is_animated: bool,
+    /// Place of the node whose curves move it: its own or the nearest above it.
+    pub(super) moved_by: Option<usize>,
 }
 
 /// Rotation, translation and one scale.
@@ -76,6 +78,7 @@ impl NodeMotion {
         let rest = |place: &usize| Rest::of(&file.document.nodes[placed[*place].node]);
         let links: Vec<(Rest, &Curves)> = chain.iter().map(|place| (rest(place), &curves[*place])).collect();
         let is_animated = links.iter().any(|(_, curves)| curves.is_animated());
+        let moved_by = chain.iter().copied().find(|place| curves[*place].moves());
         let times = clock(&links);
         let switches = switches(&links);
         let instants = || times.iter().chain(&switches).copied();
@@ -115,7 +118,7 @@ impl NodeMotion {
         let start = chain.at(if birth.is_finite() { birth } else { begins }).pose;
         // With its signs: a mirrored node has a mirrored mesh.
         let scale = chain.own * first.unwrap_or(1.0);
-        Ok(NodeMotion { frames, start, birth, death, scale, is_animated })
+        Ok(NodeMotion { frames, start, birth, death, scale, is_animated, moved_by })
     }
 }
 

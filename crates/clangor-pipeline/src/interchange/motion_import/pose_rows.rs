@@ -73,7 +73,7 @@ impl Iterator for PoseRows<'_> {
         }
         let Reverse((_, place, at)) = self.next.pop()?;
         self.enqueue(place, at + 1);
-        let RecordedBody { body, frames } = &self.recorded[place];
+        let RecordedBody { body, frames, .. } = &self.recorded[place];
         let Frame { time, pose, .. } = frames[at];
         let (velocity, angular_velocity) = velocities(frames, at);
         let Pose { position, orientation } = pose;

@@ -1,5 +1,6 @@
 //! Frames of glTF files and tables, kept in memory, and what they need of the scene.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use clangor_core::body::{Body, BodyId, Motion, World};
@@ -39,7 +40,8 @@ pub(super) fn read_recording(
     let mut recording = Recording::default();
     let sources =
         files.gltf.iter().map(|path| (path, true)).chain(files.poses.iter().map(|path| (path, false)));
-    for (path, is_gltf) in sources {
+    let mut groups: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    for (file, (path, is_gltf)) in sources.enumerate() {
         let (bodies, kinematic) = if is_gltf {
             let nodes = read_gltf_motion(path)?;
             let added = add_nodes(world, &loaded.scene.materials, nodes, remarks);
@@ -49,6 +51,11 @@ pub(super) fn read_recording(
         };
         for mut body in bodies {
             let id = body.body;
+            // One number for each group of all files.
+            body.group = body.group.map(|group| {
+                let next = groups.len();
+                *groups.entry((file, group)).or_insert(next)
+            });
             let name = world.bodies[id.index()].name.clone();
             if recording.recorded.iter().any(|other| other.body == id) {
                 return Err(MotionImportError::Twice { path: path.clone(), body: name });
@@ -58,6 +65,10 @@ pub(super) fn read_recording(
             let checks = check_frames(&name, &mut body.frames, checks)
                 .map_err(|error| MotionImportError::Recording { path: path.clone(), error })?;
             let is_held = kinematic.contains(&id);
+            // The format holds the last value of a curve.
+            if is_gltf && !is_held && world.bodies[id.index()].life.death.is_infinite() {
+                body.hold_last();
+            }
             let keys =
                 body.frames.iter().map(|Frame { time, pose, .. }| Keyframe { time: *time, pose: *pose });
             if let Some(track) = Track::try_new(keys.collect()).filter(|_| is_held) {
@@ -74,7 +85,7 @@ pub(super) fn read_recording(
         let path = files.gltf.iter().chain(&files.poses).next().cloned().unwrap_or_default();
         return Err(MotionImportError::NothingMoves { path });
     }
-    for RecordedBody { body, frames } in &recording.recorded {
+    for RecordedBody { body, frames, .. } in &recording.recorded {
         start(&mut world.bodies[body.index()], frames);
     }
     Ok(recording)
@@ -122,7 +133,7 @@ fn read_poses(
     for (body, mut frames) in table.bodies {
         frame_of.learn_centre(loaded, &world.bodies[body.index()], body, path)?;
         frames.iter_mut().for_each(|frame| frame_of.place(body, frame));
-        bodies.push(RecordedBody { body, frames });
+        bodies.push(RecordedBody { body, frames, group: None });
     }
     Ok(bodies)
 }

@@ -40,7 +40,7 @@ pub(super) fn import_stream(
         frame_of.learn_centre(loaded, described, body.body, path)?;
         start(described, &body.first);
         place_of[body.body.index()] = Some(recorded.len());
-        recorded.push(RecordedBody { body: body.body, frames: body.first });
+        recorded.push(RecordedBody { body: body.body, frames: body.first, group: None });
         checks.push((body.body, body.checks));
     }
     let name = |id: BodyId| name_of(&world, id);

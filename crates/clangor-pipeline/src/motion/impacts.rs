@@ -150,7 +150,7 @@ impl<'a> Scene<'a> {
     fn is_at_end(&self, window: &JumpWindow) -> bool {
         let of_body = self.kinematics[window.body.index()].as_ref();
         of_body.is_some_and(|kinematics| {
-            kinematics.last_key + 1 < kinematics.frames.len() && window.last >= kinematics.last_key
+            kinematics.last_key + 1 < kinematics.frames.len() && window.first >= kinematics.last_key
         })
     }
 

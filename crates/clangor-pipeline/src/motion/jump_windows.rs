@@ -43,6 +43,8 @@ const ALIKE_SIZE: f64 = 3.0;
 const ALIKE_DIRECTION: f64 = 0.8;
 const LEAST_PUSH: f64 = 0.3;
 const LASTING: f64 = 0.01;
+/// Frames in a row whose push is the weight, from which something holds the body.
+const CARRIED: usize = 4;
 /// Mean speed in the first frame, over that of free fall, from which a body is not supported there.
 const MOVES: f64 = 0.05;
 /// Deviations of the noise on one axis that no jump of noise has: one in 60 000 has more.
@@ -91,7 +93,7 @@ pub(super) fn jump_windows(
     (v_min, noise): (f64, f64),
 ) -> Vec<JumpWindow> {
     let clear = 0.2 * v_min + CLEAR_OF_NOISE * noise;
-    let run = Run { body, kinematics, hits: hits(kinematics, clear), clear };
+    let run = Run { body, kinematics, hits: hits(kinematics, clear) };
     let mut windows: Vec<JumpWindow> = run.of_release(clear).into_iter().collect();
     let mut k = 1 + windows.len();
     while k + 1 < kinematics.frames.len() {
@@ -114,8 +116,6 @@ struct Run<'a> {
     body: BodyId,
     kinematics: &'a Kinematics<'a>,
     hits: Vec<bool>,
-    /// What sound and noise demand of a jump [m/s].
-    clear: f64,
 }
 
 impl Run<'_> {
@@ -148,7 +148,7 @@ impl Run<'_> {
         let is_one = |k: usize| cosine(self.kinematics, k, k + 1) > SAME_DIRECTION;
         match length {
             0 | 1 => {}
-            _ if is_one(k) => return (self.window(k, k + 1).into_iter().collect(), 2),
+            _ if is_one(k) => return (vec![self.window(k, k + 1)], 2),
             2 => {}
             3 => {
                 if let Some(found) = self.two_impacts(k) {
@@ -164,11 +164,11 @@ impl Run<'_> {
                 }
             }
         }
-        (self.single(k, before).into_iter().collect(), 1)
+        (vec![self.single(k, before)], 1)
     }
 
     /// An impact near one frame, with the share below the threshold that a neighbour may have.
-    fn single(&self, k: usize, before: usize) -> Option<JumpWindow> {
+    fn single(&self, k: usize, before: usize) -> JumpWindow {
         let share = |other: usize| {
             let is_free = other > before && other > 0 && other + 1 < self.kinematics.frames.len();
             let joins =
@@ -247,9 +247,8 @@ impl Run<'_> {
         }
     }
 
-    /// An impact with shares at one frame or two, without what a support gives there; `None` if nothing is
-    /// left.
-    fn window(&self, first: usize, last: usize) -> Option<JumpWindow> {
+    /// An impact with shares at one frame or two, without what a support gives there.
+    fn window(&self, first: usize, last: usize) -> JumpWindow {
         let kinematics = self.kinematics;
         let late = if last > first { kinematics.jumps[last] } else { Jump::default() };
         let whole = sum(&kinematics.jumps[first], &late);
@@ -271,9 +270,7 @@ impl Run<'_> {
                 break;
             }
         }
-        let is_left = support.is_none() || kinematics.size(first, &jump) > self.clear;
-        let window = self.shared(first, jump, part);
-        is_left.then_some(JumpWindow { last, ..window })
+        JumpWindow { last, ..self.shared(first, jump, part) }
     }
 }
 
@@ -285,16 +282,12 @@ struct Support {
 
 impl Support {
     fn around(kinematics: &Kinematics<'_>, first: usize, last: usize) -> Self {
-        let held = |k: usize| {
-            let is_between = k > 0 && k + 1 < kinematics.frames.len();
-            let velocity = if is_between && kinematics.is_supported(k) {
-                kinematics.jumps[k].velocity
-            } else {
-                DVec3::ZERO
-            };
+        let held = |k: usize, beyond: usize| {
+            let is_held = kinematics.is_held(k) && kinematics.is_held(beyond);
+            let velocity = if is_held { kinematics.jumps[k].velocity } else { DVec3::ZERO };
             Jump { velocity, ..Jump::default() }
         };
-        Support { before: held(first - 1), after: held(last + 1) }
+        Support { before: held(first - 1, first.saturating_sub(2)), after: held(last + 1, last + 2) }
     }
 
     fn is_none(&self) -> bool {
@@ -337,9 +330,9 @@ fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
         let around = jumps.get(low..high).unwrap_or_default();
         around.is_empty() || around.iter().filter(|jump| jump.size < excess).count() > around.len() / 4
     };
-    // A support that has just begun is steady from its second frame on.
-    let is_supported = |k: usize| k > 0 && k + 1 < jumps.len() && kinematics.is_supported(k);
-    let is_carried = |k: usize| is_supported(k) && (is_supported(k + 1) || is_supported(k - 1));
+    // What rests or is carried for so many frames is no impact, where it has just begun.
+    let is_carried =
+        |k: usize| (k..k + CARRIED).all(|frame| frame + 1 >= jumps.len() || kinematics.is_held(frame));
     (0..jumps.len()).map(|k| is_hit(k) && !is_carried(k) && !is_lasting(jumps, k, g)).collect()
 }
 

@@ -21,6 +21,9 @@ use super::recording::Frame;
 /// Steps of the rotation over one continued frame.
 const ROTATION_STEPS: u32 = 8;
 
+/// Distance of a push from the weight, over the weight, up to which it holds the body.
+const HELD: f64 = 0.2;
+
 /// Mass of a body and what moves it between impacts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Inertia {
@@ -196,10 +199,14 @@ impl<'a> Kinematics<'a> {
         held.length() > 0.0 && (jump.velocity - held).length() < 0.5 * held.length()
     }
 
-    /// √(Δv² + ΔL·I⁻¹ΔL / m) of a jump at a frame [m/s].
-    pub(super) fn size(&self, frame: usize, jump: &Jump) -> f64 {
-        let orientation = self.frames[frame].pose.orientation;
-        self.inertia.jump((jump.velocity, jump.angular_momentum), orientation, jump.span).size
+    /// The same within a fifth of the weight, by which what rests or is carried is told from what rattles.
+    pub(super) fn is_held(&self, index: usize) -> bool {
+        if index == 0 || index + 1 >= self.frames.len() {
+            return false;
+        }
+        let (jump, g) = (self.jumps[index], self.inertia.gravity);
+        let held = -g * jump.span;
+        held.length() > 0.0 && (jump.velocity - held).length() < HELD * held.length()
     }
 
     /// Whether a time lies between the first frame and the last.

@@ -8,7 +8,7 @@ use clangor_core::quantity::{COORDINATE, readable};
 pub const MAX_TIME: f64 = 3600.0;
 
 /// Frames after the last key of a body that moved up to it.
-const HELD_FRAMES: u32 = 3;
+const HELD_FRAMES: u32 = 4;
 /// Length of such a frame, at most \[s\].
 const HELD_LENGTH: f64 = 1.0 / 24.0;
 

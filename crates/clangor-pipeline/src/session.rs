@@ -169,6 +169,11 @@ impl<'p> Session<'p> {
         &self.options
     }
 
+    /// How the sound models are obtained.
+    pub fn model_options(&self) -> &ModelOptions {
+        &self.model_options
+    }
+
     /// Whether the scene asks for rolling that the dynamics cannot give.
     pub fn lacks_rolling(&self) -> bool {
         self.source.settings.rolling && self.options.rolling.is_none()

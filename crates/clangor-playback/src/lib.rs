@@ -4,12 +4,14 @@
 //! events of the run ─► EventFeeder ─► Controller ─► Engine (audio thread) ─► device
 //! ```
 //!
-//! The events are sent ahead of their time, by
-//! [`AHEAD`](clangor_pipeline::stages::event_schedule::event_feeder::AHEAD); the engine renders them in the callback of
-//! the device. A sample of the device is the pressure at a receiver over the full scale \[Pa\].
+//! The events are sent ahead of their time, by [`AHEAD`]; the engine renders them in the callback of the
+//! device. A sample of the device is the pressure at a receiver over the full scale \[Pa\].
 //!
-//! Differs from offline rendering by what [`event_schedule`](clangor_pipeline::stages::event_schedule) leaves out, and
-//! by what the engine leaves out for lack of time, which [`PlaybackReport`] counts.
+//! Differs from offline rendering by what [`event_schedule`] leaves out, and by what the engine leaves out
+//! for lack of time, which [`PlaybackReport`] counts.
+//!
+//! [`AHEAD`]: clangor_pipeline::stages::event_schedule::event_feeder::AHEAD
+//! [`event_schedule`]: clangor_pipeline::stages::event_schedule
 //!
 //! [`play`] runs all steps from a scene to the device:
 //!

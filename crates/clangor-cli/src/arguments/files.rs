@@ -25,6 +25,9 @@ pub(crate) enum ImportFormat {
         /// Tables of poses of further bodies
         #[arg(long, value_name = "FILE")]
         poses: Vec<PathBuf>,
+        /// Node that is left out with all nodes below it, such as set dressing (repeatable)
+        #[arg(long, value_name = "NAME")]
+        leave_out: Vec<String>,
         #[command(flatten)]
         common: RecordedMotion,
     },

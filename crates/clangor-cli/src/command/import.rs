@@ -10,7 +10,7 @@ use serde_json::json;
 
 use super::{check_ending, load};
 use crate::arguments::{Global, Import, ImportFormat, RecordedMotion, UpAxis};
-use crate::console::Console;
+use crate::console::{Console, counted};
 use crate::diagnostics::draw_warnings;
 use crate::failure::Failure;
 
@@ -27,13 +27,18 @@ pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Resul
             imported.notices.iter().for_each(|notice| console.note(notice));
             let contacts = imported.rows.contacts;
             let poses = imported.rows.poses;
-            console.say(format_args!("{}: {contacts} contact rows, {poses} poses", output.display()));
+            console.say(format_args!("{}: {}, {}", output.display(), rows_of(contacts), poses_of(poses)));
             let written = output.to_string_lossy();
             console.json(&json!({ "timeline": written, "contact_rows": contacts, "pose_rows": poses }));
             Ok(())
         }
-        ImportFormat::Gltf { scene, files, poses, common } => {
-            let files = MotionFiles { gltf: files.clone(), poses: poses.clone(), ..of_motion(common) };
+        ImportFormat::Gltf { scene, files, poses, leave_out, common } => {
+            let files = MotionFiles {
+                gltf: files.clone(),
+                poses: poses.clone(),
+                leave_out: leave_out.clone(),
+                ..of_motion(common)
+            };
             motion(scene, &files, common, console)
         }
         ImportFormat::Poses { scene, files, common } => {
@@ -41,6 +46,14 @@ pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Resul
             motion(scene, &files, common, console)
         }
     }
+}
+
+fn rows_of(count: u64) -> String {
+    counted(count as usize, "contact row", "contact rows")
+}
+
+fn poses_of(count: u64) -> String {
+    counted(count as usize, "pose", "poses")
 }
 
 fn of_motion(common: &RecordedMotion) -> MotionFiles {
@@ -71,10 +84,11 @@ fn motion(
     imported.notices.iter().for_each(|notice| console.note(notice));
     let (moved, rows) = (imported.moved, &imported.rows);
     console.say(format_args!(
-        "{}: {moved} moved bodies, {} poses, {} contact rows",
+        "{}: {}, {}, {}",
         output.display(),
-        rows.poses,
-        rows.contacts
+        counted(moved, "moved body", "moved bodies"),
+        poses_of(rows.poses),
+        rows_of(rows.contacts)
     ));
     let mut report = json!({
         "timeline": output.to_string_lossy(),
@@ -84,9 +98,12 @@ fn motion(
     if let Some(found) = &imported.found {
         let impacts = found.confidence.len();
         let doubtful = found.confidence.iter().filter(|confidence| **confidence < DOUBTFUL).count();
-        console.say(format_args!(
-            "impacts found in the motion: {impacts}, of which {doubtful} explain less than half of the jump"
-        ));
+        let doubt = match doubtful {
+            0 => String::new(),
+            1 => ", 1 of which explains less than half of the jump".into(),
+            more => format!(", {more} of which explain less than half of the jump"),
+        };
+        console.say(format_args!("{} found in the motion{doubt}", counted(impacts, "impact", "impacts")));
         report["impacts"] = json!((1_u64..).zip(&found.confidence).collect::<Vec<_>>());
         report["jumps_without_contact"] = json!(found.untouched);
     }

@@ -164,10 +164,10 @@ fn timeline(path: &Path, console: &Console) -> Result<(), Failure> {
         if origin.raw_log { ", raw log" } else { "" }
     ));
     console.say(format_args!(
-        "{} contact rows, {} impacts, fastest {loudest:.3} m/s; {} pose rows",
-        rows.contacts,
-        impacts.len(),
-        rows.poses
+        "{}, {}, fastest {loudest:.3} m/s; {}",
+        counted(rows.contacts as usize, "contact row", "contact rows"),
+        counted(impacts.len(), "impact", "impacts"),
+        counted(rows.poses as usize, "pose row", "pose rows")
     ));
     if rows.forces > 0 {
         let forces = reader.forces_of(&impacts).map_err(Failure::new)?;

@@ -41,10 +41,10 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
         }
     }
     console.say(format_args!(
-        "{}: {} contact rows, {} pose rows",
+        "{}: {}, {}",
         output.display(),
-        rows.contacts,
-        rows.poses
+        counted(rows.contacts as usize, "contact row", "contact rows"),
+        counted(rows.poses as usize, "pose row", "pose rows")
     ));
     console.json(&json!({
         "timeline": output.display().to_string(),

@@ -7,5 +7,6 @@ mod bad_input;
 mod bake;
 mod breaking_runs;
 mod hostile_files;
+mod import_messages;
 mod mesh_mends;
 mod modes;

@@ -106,7 +106,8 @@ pub enum MeshError {
     /// A hole too large to be closed without guessing.
     #[error(
         "the surface is open: {}, one near {position:.5} with a border of {:.0} % of the diagonal; close \
-        what should be closed, and give a sheet a thickness (in Blender: Solidify)",
+        what should be closed, and give a sheet a thickness (in Blender: Solidify, and Apply Modifiers in \
+        the export)",
         match holes { 1 => "1 hole".into(), n => format!("{n} holes") }, 100.0 * share
     )]
     Hole {
@@ -120,7 +121,7 @@ pub enum MeshError {
     /// A sheet whose two sides are the same triangles.
     #[error(
         "the mesh is a sheet without thickness: both of its sides lie on each other, as near {position:.5}; \
-        give it a thickness (in Blender: Solidify)"
+        give it a thickness (in Blender: Solidify, and Apply Modifiers in the export)"
     )]
     Sheet {
         /// Middle of a triangle.

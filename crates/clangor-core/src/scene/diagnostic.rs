@@ -451,7 +451,10 @@ pub enum Doubt {
     #[error("the scene has no listener, so nothing is heard; add a [[listener]]")]
     NoListener,
     /// No two bodies that could collide.
-    #[error("nothing moves, so the scene is silent; add a free body, gravity, a velocity or keyframes")]
+    #[error(
+        "nothing moves, so the scene is silent; add a free body, gravity, a velocity or keyframes, or import \
+        motion into it (`clangor import`)"
+    )]
     NothingMoves,
     /// A free body that cannot collide with anything.
     #[error(

@@ -48,6 +48,8 @@ pub struct MotionFiles {
     /// Length of the parts in which a table is searched that is read as a stream \[s\]; by default that of
     /// half a million poses. The result does not depend on it.
     pub part_length: Option<f64>,
+    /// Names of nodes of the glTF files that are left out, each with all nodes below it.
+    pub leave_out: Vec<String>,
     /// Whether every lasting contact is a row for each frame, as where the scene has `rolling = true`.
     pub raw_log: bool,
 }
@@ -87,13 +89,12 @@ impl FoundImpacts {
     /// A notice of jumps without contact.
     fn remark(&self, world: &World) -> Option<String> {
         let (body, time) = self.first_untouched?;
-        Some(format!(
-            "{} jumps of the motion touch nothing and are silent, the first of {} at t = {time:.4} \
-            s: a hand, \
-             or a body that is not in the files",
-            self.untouched,
-            name_of(world, body)
-        ))
+        let jumps = match self.untouched {
+            1 => "1 jump of the motion touches nothing and is silent: that".into(),
+            count => format!("{count} jumps of the motion touch nothing and are silent, the first"),
+        };
+        let name = name_of(world, body);
+        Some(format!("{jumps} of {name} at t = {time:.4} s: a hand, or a body that is not in the files"))
     }
 }
 
@@ -174,7 +175,7 @@ fn name_of(world: &World, id: BodyId) -> String {
     world.bodies.get(id.index()).map_or_else(String::new, |body| body.name.clone())
 }
 
-/// Bodies that could move, but stand still since no file names them.
+/// Bodies that could move, but stand still since no file moves them.
 fn unrecorded(world: &World, recorded: &[RecordedBody]) -> Option<String> {
     let is_left = |index: usize, body: &Body| {
         matches!(body.motion, Motion::Free) && !recorded.iter().any(|r| r.body.index() == index)
@@ -186,6 +187,7 @@ fn unrecorded(world: &World, recorded: &[RecordedBody]) -> Option<String> {
         .filter(|(index, body)| is_left(*index, body))
         .map(|(_, body)| body.name.as_str())
         .collect();
-    (!left.is_empty())
-        .then(|| format!("not in the files, and so at rest where the scene starts them: {}", left.join(", ")))
+    (!left.is_empty()).then(|| {
+        format!("the files have no motion of these bodies, which stay where they begin: {}", left.join(", "))
+    })
 }

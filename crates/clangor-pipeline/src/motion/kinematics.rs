@@ -22,7 +22,7 @@ use super::recording::Frame;
 const ROTATION_STEPS: u32 = 8;
 
 /// Distance of a push from the weight, over the weight, up to which it holds the body.
-const HELD: f64 = 0.2;
+const HELD: f64 = 0.05;
 
 /// Mass of a body and what moves it between impacts.
 #[derive(Clone, Copy, Debug)]
@@ -199,7 +199,8 @@ impl<'a> Kinematics<'a> {
         held.length() > 0.0 && (jump.velocity - held).length() < 0.5 * held.length()
     }
 
-    /// The same within a fifth of the weight, by which what rests or is carried is told from what rattles.
+    /// The same within a twentieth of the weight, by which what rests or is carried is told from what
+    /// rattles.
     pub(super) fn is_held(&self, index: usize) -> bool {
         if index == 0 || index + 1 >= self.frames.len() {
             return false;

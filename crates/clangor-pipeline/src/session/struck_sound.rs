@@ -71,7 +71,7 @@ pub enum StrikeRemark {
         body: String,
         /// The part.
         part: SoundPart,
-        /// Estimated CPU time of the exact part \[s\].
+        /// Estimated CPU time of the exact part \[s\]; infinite if it cannot be computed.
         seconds: f64,
     },
     /// The acceleration field ends below the band of the sound.
@@ -95,10 +95,13 @@ impl fmt::Display for StrikeRemark {
                     SoundPart::Modal => ("ringing", "about a hundred modes in few elements"),
                     _ => ("click", "third octaves within about 3 dB in the median"),
                 };
+                write!(f, "the {what} of \"{body}\" is a draft ({error})")?;
+                if seconds.is_infinite() {
+                    return Ok(());
+                }
                 write!(
                     f,
-                    "the {what} of \"{body}\" is a draft ({error}): exact takes about {} of CPU time, with \
-                     --quality normal and enough --patience",
+                    ": exact takes about {} of CPU time, with --quality normal and enough --patience",
                     cpu_time(*seconds)
                 )
             }

@@ -64,6 +64,19 @@ pub enum LoadError {
         /// The first bad byte.
         at: usize,
     },
+    /// An animated model.
+    #[error(
+        "{path} is a model and not a scene; with a scene that has its planes and listeners, `clangor import \
+         gltf SCENE.toml {} -o RUN.timeline` reads its motion, and `clangor render \
+         RUN.timeline` makes the sound",
+        if *is_blender { "EXPORTED.glb".into() } else { path.display().to_string() }
+    )]
+    Model {
+        /// The file.
+        path: PathBuf,
+        /// Whether it is Blender's own format, which is exported first.
+        is_blender: bool,
+    },
     /// The scene has errors.
     #[error("{path}:\n{errors}")]
     Scene {
@@ -95,6 +108,10 @@ impl LoadedScene {
 /// # Errors
 /// [`LoadError`], with every error of the scene at once.
 pub fn load_scene(path: &Path, adjust: &dyn Fn(&mut Scene)) -> Result<LoadedScene, LoadError> {
+    let ends_in = |ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+    if path.is_file() && ["blend", "glb", "gltf"].into_iter().any(ends_in) {
+        return Err(LoadError::Model { path: path.into(), is_blender: ends_in("blend") });
+    }
     let bytes =
         read_bounded(path, MOST_TEXT).map_err(|source| LoadError::Read { path: path.into(), source })?;
     let text = String::from_utf8(bytes)

@@ -16,6 +16,7 @@ mod damaged_timelines;
 mod datasets;
 mod exact_forms;
 mod field_plot;
+mod gltf_nodes;
 mod implicit_bodies;
 mod last_keys;
 mod lasting_contacts;

@@ -52,9 +52,9 @@ impl RenderReportView<'_> {
             }
             if file.clipped_samples > 0 {
                 console.warn(format_args!(
-                    "{}: {} samples exceed full scale and were clipped; raise --full-scale or use --bits 32f",
+                    "{}: {} full scale and clipped; raise --full-scale or use --bits 32f",
                     file.path.display(),
-                    file.clipped_samples
+                    counted(file.clipped_samples as usize, "sample was above", "samples were above")
                 ));
             }
             if peak == 0.0 && file.stem.is_none() {
@@ -65,19 +65,17 @@ impl RenderReportView<'_> {
         {
             if let Some((_, body, time)) = report.first_inside {
                 console.warn(format_args!(
-                "listener \"{}\" was inside a body, or the sphere that stands for it, at {} clicks, which \
-                 were left out; the \
-                 first was of \"{}\" at {time:.4} s; move the listener away",
-                file.listener,
-                report.receiver_inside,
-                bodies[body.index()].name
-            ));
+                    "listener \"{}\" was inside a body, or the sphere that stands for it, at {} left out, \
+                     the first of \"{}\" at {time:.4} s; move the listener away",
+                    file.listener,
+                    counted(report.receiver_inside as usize, "click, which was", "clicks, which were"),
+                    bodies[body.index()].name
+                ));
             }
             if report.below_floor > 0 {
                 console.warn(format_args!(
-                    "{} clicks of bodies whose centre was below the rigid floor were left out; lower \
-                 `floor_height`",
-                    report.below_floor
+                    "{} left out, as the centre of the body was below the rigid floor; lower `floor_height`",
+                    counted(report.below_floor as usize, "click was", "clicks were")
                 ));
             }
         }

@@ -58,6 +58,11 @@ impl Curves {
         Ok(curves)
     }
 
+    /// Times of the keys of each curve \[s\].
+    pub(super) fn times(&self) -> impl Iterator<Item = &[f64]> {
+        [&self.translation, &self.rotation, &self.scale].into_iter().flatten().map(|curve| &curve.times[..])
+    }
+
     pub(super) fn is_animated(&self) -> bool {
         [&self.translation, &self.rotation, &self.scale].into_iter().any(Option::is_some)
     }

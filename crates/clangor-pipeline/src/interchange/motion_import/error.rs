@@ -6,11 +6,11 @@ use clangor_core::contact::ContactError;
 use clangor_core::scene::instantiate::GeometryError;
 
 use crate::formats::contact_list::ContactListError;
-use crate::formats::gltf_motion::GltfMotionError;
+use crate::formats::mesh_reader::MeshFileError;
 use crate::formats::pose_table::PoseTableError;
 use crate::formats::record_table::RecordTableError;
 use crate::formats::timeline_file::TimelineError;
-use crate::interchange::gltf_bodies::GltfBodyFault;
+use crate::interchange::gltf_bodies::fault::GltfBodyFaults;
 use crate::motion::contact_checks::ContactFault;
 use crate::motion::recording::{MAX_TIME, RecordingError};
 
@@ -19,14 +19,15 @@ use crate::motion::recording::{MAX_TIME, RecordingError};
 pub enum MotionImportError {
     /// A glTF file is wrong.
     #[error(transparent)]
-    Gltf(#[from] GltfMotionError),
-    /// A node is no body.
-    #[error("{path}, {fault}")]
-    Node {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        fault: GltfBodyFault,
+    Gltf(#[from] MeshFileError),
+    /// Nodes are no bodies.
+    #[error("{0}")]
+    Nodes(GltfBodyFaults),
+    /// A node that is to be left out does not exist.
+    #[error("no glTF file has a node {name}, which is to be left out (--leave-out)")]
+    LeaveOut {
+        /// The name.
+        name: String,
     },
     /// A table of poses is wrong.
     #[error(transparent)]
@@ -72,6 +73,31 @@ pub enum MotionImportError {
         body: String,
         /// Why not.
         reason: GeometryError,
+    },
+    /// A glTF file without animation.
+    #[error(
+        "{path} has no animation, and so nothing moves. In Blender: give the objects keys (Object > Rigid \
+         Body > Bake to Keyframes), and export with Animation on, and with \"Bake All Objects Animations\" \
+         if constraints or parents move them; the Animation mode \"NLA Tracks\" exports nothing of actions \
+         that are on no track, \"Active actions merged\" does"
+    )]
+    NoAnimation {
+        /// The first file.
+        path: PathBuf,
+    },
+    /// Bodies that only appear and vanish.
+    #[error(
+        "{path} moves no body: it has only keys of scale, which show and hide {node}{}, and what stands \
+         still makes no sound",
+        match others { 0 => String::new(), more => format!(" and {more} more") }
+    )]
+    OnlyShown {
+        /// The first file.
+        path: PathBuf,
+        /// The first of them.
+        node: String,
+        /// How many more there are.
+        others: usize,
     },
     /// Nothing of the scene moves.
     #[error("{path} moves no body of the scene; nodes and rows belong to bodies by their names")]

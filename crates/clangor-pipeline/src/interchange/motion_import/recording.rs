@@ -1,7 +1,7 @@
 //! Frames of glTF files and tables, kept in memory, and what they need of the scene.
 
-use std::collections::BTreeMap;
-use std::path::Path;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId, Motion, World};
 use clangor_core::pose::{Keyframe, Pose, Track};
@@ -12,7 +12,8 @@ use super::pose_rows::velocities;
 use super::{MotionFiles, MotionImportError};
 use crate::formats::gltf_motion::read_gltf_motion;
 use crate::formats::pose_table::{PositionOf, read_pose_table};
-use crate::interchange::gltf_bodies::add_nodes;
+use crate::interchange::gltf_bodies::fault::GltfBodyFaults;
+use crate::interchange::gltf_bodies::{NodeBodies, add_nodes};
 use crate::motion::frame_checks::{FrameChecks, check_frames};
 use crate::motion::recording::{Frame, RecordedBody};
 use crate::stages::load::{LoadedScene, load_geometry};
@@ -30,6 +31,15 @@ pub(super) struct Recording {
     pub(super) held: Vec<BodyId>,
 }
 
+/// What the glTF files of a recording have in common.
+#[derive(Default)]
+struct GltfFiles {
+    /// For each file what became of its nodes.
+    bodies: Vec<(PathBuf, NodeBodies)>,
+    /// Whether one of them has an animation.
+    has_animation: bool,
+}
+
 /// Reads all files of poses, checks them, and puts the bodies where they begin.
 pub(super) fn read_recording(
     loaded: &LoadedScene,
@@ -38,57 +48,108 @@ pub(super) fn read_recording(
     remarks: &mut Vec<String>,
 ) -> Result<Recording, MotionImportError> {
     let mut recording = Recording::default();
-    let sources =
-        files.gltf.iter().map(|path| (path, true)).chain(files.poses.iter().map(|path| (path, false)));
+    let mut gltf = read_gltf_files(loaded, files, world, remarks)?;
+    // One number for each group of all files.
     let mut groups: BTreeMap<(usize, usize), usize> = BTreeMap::new();
-    for (file, (path, is_gltf)) in sources.enumerate() {
-        let (bodies, kinematic) = if is_gltf {
-            let nodes = read_gltf_motion(path)?;
-            let added = add_nodes(world, &loaded.scene.materials, nodes, remarks);
-            added.map_err(|fault| MotionImportError::Node { path: path.clone(), fault })?
-        } else {
-            (read_poses(loaded, world, path, files.z_up)?, Vec::new())
-        };
-        for mut body in bodies {
-            let id = body.body;
-            // One number for each group of all files.
+    for (file, (path, nodes)) in gltf.bodies.iter_mut().enumerate() {
+        for mut body in std::mem::take(&mut nodes.recorded) {
             body.group = body.group.map(|group| {
                 let next = groups.len();
                 *groups.entry((file, group)).or_insert(next)
             });
-            let name = world.bodies[id.index()].name.clone();
-            if recording.recorded.iter().any(|other| other.body == id) {
-                return Err(MotionImportError::Twice { path: path.clone(), body: name });
-            }
-            check_movable(&world.bodies[id.index()], path)?;
-            let checks = FrameChecks::new(loaded.scene.acoustics.medium.sound_speed, world.gravity);
-            let checks = check_frames(&name, &mut body.frames, checks)
-                .map_err(|error| MotionImportError::Recording { path: path.clone(), error })?;
-            let is_held = kinematic.contains(&id);
-            // The format holds the last value of a curve.
-            if is_gltf && !is_held && world.bodies[id.index()].life.death.is_infinite() {
-                body.hold_last();
-            }
-            let keys =
-                body.frames.iter().map(|Frame { time, pose, .. }| Keyframe { time: *time, pose: *pose });
-            if let Some(track) = Track::try_new(keys.collect()).filter(|_| is_held) {
-                world.bodies[id.index()].motion = Motion::Keyframed(track);
-                recording.held.push(id);
-            } else if !body.frames.is_empty() {
-                recording.recorded.push(body);
-                recording.checks.push((id, checks));
-                recording.from_gltf += usize::from(is_gltf);
-            }
+            let is_held = nodes.kinematic.contains(&body.body);
+            recording.take(loaded, world, (path, body), is_held)?;
+        }
+    }
+    recording.from_gltf = recording.recorded.len();
+    // The format holds the last value of a curve.
+    let lives = |body: &&mut RecordedBody| world.bodies[body.body.index()].life.death.is_infinite();
+    recording.recorded.iter_mut().filter(lives).for_each(RecordedBody::hold_last);
+    for path in &files.poses {
+        for body in read_poses(loaded, world, path, files.z_up)? {
+            recording.take(loaded, world, (path, body), false)?;
         }
     }
     if recording.recorded.is_empty() && recording.held.is_empty() {
-        let path = files.gltf.iter().chain(&files.poses).next().cloned().unwrap_or_default();
-        return Err(MotionImportError::NothingMoves { path });
+        return Err(nothing_moves(files, gltf));
     }
     for RecordedBody { body, frames, .. } in &recording.recorded {
         start(&mut world.bodies[body.index()], frames);
     }
     Ok(recording)
+}
+
+/// Reads the glTF files and adds their nodes to the world.
+fn read_gltf_files(
+    loaded: &LoadedScene,
+    files: &MotionFiles,
+    world: &mut World,
+    remarks: &mut Vec<String>,
+) -> Result<GltfFiles, MotionImportError> {
+    let materials = &loaded.scene.materials;
+    let mut gltf = GltfFiles::default();
+    let mut left_out = BTreeSet::new();
+    let mut faults = GltfBodyFaults::default();
+    for path in &files.gltf {
+        let mut motion = read_gltf_motion(path, &files.leave_out)?;
+        left_out.append(&mut motion.left_out);
+        gltf.has_animation |= motion.has_animation;
+        let mut nodes = add_nodes(world, materials, motion, remarks);
+        faults.list.extend(nodes.faults.drain(..).map(|fault| (path.clone(), fault)));
+        gltf.bodies.push((path.clone(), nodes));
+    }
+    if let Some(name) = files.leave_out.iter().find(|name| !left_out.contains(*name)) {
+        return Err(MotionImportError::LeaveOut { name: name.clone() });
+    }
+    if faults.list.is_empty() {
+        return Ok(gltf);
+    }
+    let used = loaded.world.bodies.iter().map(|body| &body.material).chain(materials);
+    faults.materials = used.map(|material| material.name.clone()).collect();
+    Err(MotionImportError::Nodes(faults))
+}
+
+/// Why nothing is recorded.
+fn nothing_moves(files: &MotionFiles, gltf: GltfFiles) -> MotionImportError {
+    let path = files.gltf.iter().chain(&files.poses).next().cloned().unwrap_or_default();
+    if files.poses.is_empty() && !gltf.has_animation {
+        return MotionImportError::NoAnimation { path };
+    }
+    let mut shown = gltf.bodies.into_iter().flat_map(|(_, nodes)| nodes.only_shown);
+    match shown.next() {
+        None => MotionImportError::NothingMoves { path },
+        Some(node) => MotionImportError::OnlyShown { path, node, others: shown.count() },
+    }
+}
+
+impl Recording {
+    /// Checks the frames of a body and keeps them; `is_held` says that it is moved from outside.
+    fn take(
+        &mut self,
+        loaded: &LoadedScene,
+        world: &mut World,
+        (path, mut body): (&Path, RecordedBody),
+        is_held: bool,
+    ) -> Result<(), MotionImportError> {
+        let id = body.body;
+        let described = &mut world.bodies[id.index()];
+        if self.recorded.iter().any(|other| other.body == id) {
+            return Err(MotionImportError::Twice { path: path.into(), body: described.name.clone() });
+        }
+        check_movable(described, path)?;
+        let checks = FrameChecks::new(loaded.scene.acoustics.medium.sound_speed, world.gravity);
+        let checks = check_frames(&described.name, &mut body.frames, checks)
+            .map_err(|error| MotionImportError::Recording { path: path.into(), error })?;
+        let keys = body.frames.iter().map(|Frame { time, pose, .. }| Keyframe { time: *time, pose: *pose });
+        if let Some(track) = Track::try_new(keys.collect()).filter(|_| is_held) {
+            described.motion = Motion::Keyframed(track);
+            self.held.push(id);
+        } else if !body.frames.is_empty() {
+            self.recorded.push(body);
+            self.checks.push((id, checks));
+        }
+        Ok(())
+    }
 }
 
 /// Refuses a body that the scene holds or moves, and one that no impulse could move.

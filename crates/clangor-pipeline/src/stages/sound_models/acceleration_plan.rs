@@ -210,7 +210,8 @@ enum Found {
         model: ModelEvaluator,
         cached: bool,
         remarks: Vec<String>,
-        /// Estimated CPU time \[s\] of the exact field that a draft stands for.
+        /// Estimated CPU time \[s\] of the exact field that a draft stands for; infinite if it cannot be
+        /// computed.
         draft_of: Option<f64>,
     },
     /// And why.
@@ -238,6 +239,7 @@ fn field(
             Err(error) => match error.too_long() {
                 Some(seconds) => cost = seconds,
                 None => {
+                    cost = f64::INFINITY;
                     remarks.push(format!("the field of \"{name}\" cannot be baked: {error}; it is a draft"));
                 }
             },

@@ -375,9 +375,12 @@ fn obtain_shared(
     {
         match error.too_long() {
             Some(seconds) => cost = seconds,
-            None => found.remarks.push(format!(
-                "the modes of \"{name}\" cannot be baked: {error}; it rings with a draft of them"
-            )),
+            None => {
+                cost = f64::INFINITY;
+                found.remarks.push(format!(
+                    "the modes of \"{name}\" cannot be baked: {error}; it rings with a draft of them"
+                ));
+            }
         }
         obtained = None;
     }

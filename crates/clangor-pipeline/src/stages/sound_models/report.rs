@@ -19,7 +19,7 @@ pub struct ObtainedModel {
     pub cached: bool,
     /// Wall-clock time that it took.
     pub time: Duration,
-    /// Estimated CPU time \[s\] of the exact model, if this is a draft.
+    /// Estimated CPU time \[s\] of the exact model, if this is a draft; infinite if it cannot be computed.
     pub draft_of: Option<f64>,
 }
 

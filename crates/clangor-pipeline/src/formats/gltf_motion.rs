@@ -121,8 +121,8 @@ pub struct GltfNode {
     pub physics: NodePhysics,
     /// Whether it or a node above it is animated.
     pub is_animated: bool,
-    /// Number of the node whose curves move it, its own or that of the nearest above it: nodes with one number
-    /// move as one.
+    /// Number of the node whose curves move it, its own or that of the nearest above it: nodes with one
+    /// number move as one.
     pub moved_by: Option<usize>,
     /// Whether keys of translation or rotation move it or a node above it, and not only those of scale, which
     /// show and hide.

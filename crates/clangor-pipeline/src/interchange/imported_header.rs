@@ -6,9 +6,9 @@ use clangor_core::body::World;
 use crate::formats::timeline_file::{Origin, TimelineHeader};
 use crate::stages::load::LoadedScene;
 
-/// The header for a world with the settings of a scene, for a motion that ends at a time \[s\]; `solver` names
-/// the source, and `step` is the length of the frames \[s\] whose lasting contacts are all there. What rings
-/// beyond the end of the motion is heard as long as the scene lasts.
+/// The header for a world with the settings of a scene, for a motion that ends at a time \[s\]; `solver`
+/// names the source, and `step` is the length of the frames \[s\] whose lasting contacts are all there. What
+/// rings beyond the end of the motion is heard as long as the scene lasts.
 pub(super) fn imported_header(
     loaded: &LoadedScene,
     world: World,

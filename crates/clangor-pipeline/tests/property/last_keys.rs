@@ -13,7 +13,8 @@ use crate::imported_motion::{folder, import};
 const SCENE: &str = "version = 1\n[simulation]\nduration = 3.0\n[[plane]]\nname = \"floor\"\n\
                      material = \"granite\"\n[[listener]]\nposition = [0.3, 0.4, 0.4]\n";
 
-/// Writes `a.gltf`: a granite tetrahedron of edges 0.1 m, a face down, with a key of its place for each frame.
+/// Writes `a.gltf`: a granite tetrahedron of edges 0.1 m, a face down, with a key of its place for each
+/// frame.
 fn write_stone(folder: &Path, rate: f64, places: &[[f32; 3]]) {
     let corners = [[0.0_f32, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]];
     let indices: [u32; 12] = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];
@@ -31,13 +32,17 @@ fn write_stone(folder: &Path, rate: f64, places: &[[f32; 3]]) {
         json!({ "buffer": 0, "byteOffset": at - part.len(), "byteLength": part.len() })
     });
     let views: Vec<_> = views.collect();
-    let accessor = |view: usize, component: u32, count: usize, of: &str| json!({ "bufferView": view, "componentType": component, "count": count, "type": of });
+    let accessor = |view: usize, component: u32, of: &str| {
+        let size = if component == 5125 || of == "SCALAR" { 4 } else { 12 };
+        let count = parts[view].len() / size;
+        json!({ "bufferView": view, "componentType": component, "count": count, "type": of })
+    };
     let document = json!({
         "asset": { "version": "2.0" }, "scenes": [{ "nodes": [0] }],
         "nodes": [{ "name": "stone", "mesh": 0, "extras": { "material": "granite" } }],
         "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1 }] }],
-        "accessors": [accessor(0, 5126, 4, "VEC3"), accessor(1, 5125, 12, "SCALAR"),
-            accessor(2, 5126, places.len(), "SCALAR"), accessor(3, 5126, places.len(), "VEC3")],
+        "accessors": [accessor(0, 5126, "VEC3"), accessor(1, 5125, "SCALAR"),
+            accessor(2, 5126, "SCALAR"), accessor(3, 5126, "VEC3")],
         "bufferViews": views, "buffers": [{ "byteLength": at, "uri": "data.bin" }],
         "animations": [{ "samplers": [{ "input": 2, "output": 3 }],
             "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }] }],

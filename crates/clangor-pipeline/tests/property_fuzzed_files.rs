@@ -478,16 +478,25 @@ fn fuzz_pose_tables() {
     });
 }
 
+fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir(to).unwrap();
+    for entry in fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap().path();
+        let copy = to.join(entry.file_name().unwrap());
+        if entry.is_dir() {
+            copy_folder(&entry, &copy);
+        } else {
+            fs::copy(&entry, copy).unwrap();
+        }
+    }
+}
+
 /// Bytes of a timeline's description and of its tables, without the hashes that would hide every change.
 fn timeline_seeds() -> (tempfile::TempDir, std::path::PathBuf) {
     let (_folder, recorded, _) = timelines::broken();
     let folder = tempfile::tempdir_in(in_memory()).unwrap();
     let path = folder.path().join("fuzzed.timeline");
-    fs::create_dir(&path).unwrap();
-    for entry in fs::read_dir(&recorded).unwrap() {
-        let from = entry.unwrap().path();
-        fs::copy(&from, path.join(from.file_name().unwrap())).unwrap();
-    }
+    copy_folder(&recorded, &path);
     let file = path.join("timeline.json");
     let mut description: serde_json::Value =
         serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();

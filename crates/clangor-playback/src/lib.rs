@@ -15,7 +15,8 @@
 //!
 //! [`play`] runs all steps from a scene to the device:
 //!
-//! ```no_run
+#![cfg_attr(feature = "device", doc = "```no_run")]
+#![cfg_attr(not(feature = "device"), doc = "```ignore")]
 //! use clangor_pipeline::session::Session;
 //! use clangor_playback::{PlaybackDevice, PlaybackOptions, play};
 //!

@@ -16,7 +16,7 @@
 //! [`play`] runs all steps from a scene to the device:
 //!
 #![cfg_attr(feature = "device", doc = "```no_run")]
-#![cfg_attr(not(feature = "device"), doc = "```ignore")]
+#![cfg_attr(not(feature = "device"), doc = "```text")]
 //! use clangor_pipeline::session::Session;
 //! use clangor_playback::{PlaybackDevice, PlaybackOptions, play};
 //!

@@ -21,7 +21,8 @@ use super::recording::Frame;
 /// Steps of the rotation over one continued frame.
 const ROTATION_STEPS: u32 = 8;
 
-/// Distance of a push from the weight, over the weight, up to which it holds the body.
+/// Distances of a push from the weight, over the weight, up to which it supports and holds the body.
+const SUPPORTED: f64 = 0.5;
 const HELD: f64 = 0.05;
 
 /// Mass of a body and what moves it between impacts.
@@ -194,20 +195,19 @@ impl<'a> Kinematics<'a> {
 
     /// Whether a steady force has cancelled gravity at the frame at which interval `index` begins.
     pub(super) fn is_supported(&self, index: usize) -> bool {
-        let (jump, g) = (self.jumps[index], self.inertia.gravity);
-        let held = -g * jump.span;
-        held.length() > 0.0 && (jump.velocity - held).length() < 0.5 * held.length()
+        self.is_weight(index, SUPPORTED)
     }
 
-    /// The same within a twentieth of the weight, by which what rests or is carried is told from what
-    /// rattles.
+    /// The same more strictly, by which what rests or is carried is told from what rattles; not at the ends.
     pub(super) fn is_held(&self, index: usize) -> bool {
-        if index == 0 || index + 1 >= self.frames.len() {
-            return false;
-        }
+        index > 0 && index + 1 < self.frames.len() && self.is_weight(index, HELD)
+    }
+
+    /// Whether the push at a frame is the weight, within this share of it.
+    fn is_weight(&self, index: usize, within: f64) -> bool {
         let (jump, g) = (self.jumps[index], self.inertia.gravity);
         let held = -g * jump.span;
-        held.length() > 0.0 && (jump.velocity - held).length() < HELD * held.length()
+        held.length() > 0.0 && (jump.velocity - held).length() < within * held.length()
     }
 
     /// Whether a time lies between the first frame and the last.

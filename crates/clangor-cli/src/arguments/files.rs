@@ -68,6 +68,9 @@ pub(crate) struct RecordedMotion {
     /// Axis that points up in tables of poses and contact lists; glTF always has y
     #[arg(long, value_enum, default_value = "y")]
     pub(crate) up: UpAxis,
+    /// Metres per unit of length in all files: 0.01 for centimetres, 0.001 for millimetres. Impulses stay in N s
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    pub(crate) scale: f64,
     /// Write a row for each point of lasting contact in each frame, as with `rolling = true` in the scene
     #[arg(long)]
     pub(crate) raw_log: bool,

@@ -5,6 +5,7 @@ use std::path::Path;
 use clangor_core::scene::diagnostic::Doubt;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
+use clangor_pipeline::motion::recording::LengthUnit;
 use clangor_pipeline::stages::load::load_scene;
 use serde_json::json;
 
@@ -60,6 +61,7 @@ fn of_motion(common: &RecordedMotion) -> MotionFiles {
     MotionFiles {
         contacts: common.contacts.clone(),
         z_up: common.up == UpAxis::Z,
+        unit: LengthUnit { metres: common.scale },
         raw_log: common.raw_log,
         ..MotionFiles::default()
     }

@@ -1,5 +1,7 @@
 //! `clangor inspect`: what is in a file.
 
+mod animation;
+
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
@@ -35,7 +37,12 @@ pub(crate) fn run(options: &Inspect, global: &Global, console: &Console) -> Resu
         Some("toml") => scene(path, global, console),
         Some("safetensors") => sound_file(path, console),
         _ if is_timeline(path) => timeline(path, console),
-        _ => geometry(options, global, console),
+        // With a material, the file is one body of it.
+        _ if options.material.is_some() => geometry(options, global, console),
+        _ => match animation::read(path, options.scale) {
+            Some(motion) => animation::report(path, &motion, console),
+            None => geometry(options, global, console),
+        },
     }
 }
 

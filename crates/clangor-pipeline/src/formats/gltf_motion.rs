@@ -2,7 +2,8 @@
 //!
 //! Nodes move with their parents. STEP, LINEAR and CUBICSPLINE are read; the frames of a node are the keys of
 //! the finest curve that moves it, and smooth curves are read more finely. A scale of 0 hides a node: it is
-//! not born yet, or dead. Metres, y up, seconds: the format allows nothing else.
+//! not born yet, or dead. Y up, seconds and metres: the format allows nothing else. Files in another unit of
+//! length are read in metres all the same.
 
 mod curve;
 mod frames;
@@ -22,7 +23,7 @@ use crate::formats::input_file::read_bounded;
 use crate::formats::mesh_reader::gltf::document::{GltfFile, Node};
 use crate::formats::mesh_reader::gltf::{Placed, append_node, placed_nodes};
 use crate::formats::mesh_reader::{Located, MOST_BYTES, MeshFault, MeshFileError};
-use crate::motion::recording::Frame;
+use crate::motion::recording::{Frame, LengthUnit};
 use curve::Curves;
 use frames::NodeMotion;
 use implicit_shape::{ImplicitShape, ShapeFault};
@@ -167,19 +168,24 @@ pub struct GltfMotion {
     pub left_out: BTreeSet<String>,
 }
 
-/// Reads the nodes of the default scene, but for those of the names `leave_out` and all below them.
+/// Reads the nodes of the default scene, but for those of the names `leave_out` and all below them, from a
+/// file in this unit.
 ///
 /// # Errors
 /// [`MeshFileError`] names the file, the place and what to do. Nodes that cannot be read are no errors:
 /// [`GltfMotion::faults`].
-pub fn read_gltf_motion(path: &Path, leave_out: &[String]) -> Result<GltfMotion, MeshFileError> {
+pub fn read_gltf_motion(
+    path: &Path,
+    leave_out: &[String],
+    unit: LengthUnit,
+) -> Result<GltfMotion, MeshFileError> {
     let bytes =
         read_bounded(path, MOST_BYTES).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
     let in_file = |located: Located| located.in_file(path);
     let file = GltfFile::open(&bytes, path.parent().unwrap_or(Path::new("."))).map_err(in_file)?;
     check_compression(&file).map_err(in_file)?;
     let placed = placed_nodes(&file.document).map_err(in_file)?;
-    let mut tree = NodeTree::of_file(&file, &placed);
+    let mut tree = NodeTree::of_file(&file, &placed, unit);
     let mut motion = GltfMotion {
         has_animation: file.document.animations.iter().any(|animation| !animation.channels.is_empty()),
         ..GltfMotion::default()
@@ -213,6 +219,7 @@ pub fn read_gltf_motion(path: &Path, leave_out: &[String]) -> Result<GltfMotion,
 /// The nodes of a scene on their way to bodies; each list has a value for each of `placed`.
 struct NodeTree<'a> {
     file: &'a GltfFile,
+    unit: LengthUnit,
     placed: &'a [Placed],
     names: Vec<String>,
     is_solid: Vec<bool>,
@@ -225,7 +232,7 @@ struct NodeTree<'a> {
 }
 
 impl<'a> NodeTree<'a> {
-    fn of_file(file: &'a GltfFile, placed: &'a [Placed]) -> Self {
+    fn of_file(file: &'a GltfFile, placed: &'a [Placed], unit: LengthUnit) -> Self {
         let own: Vec<String> = placed.iter().map(|placed| node_name(file, placed)).collect();
         let solid = |node: &Node| node.mesh.is_some() || node.extensions.physics.is_some();
         let is_solid: Vec<bool> = placed.iter().map(|p| solid(&file.document.nodes[p.node])).collect();
@@ -239,6 +246,7 @@ impl<'a> NodeTree<'a> {
         }
         NodeTree {
             file,
+            unit,
             placed,
             names: unique_names(&own, &parents, &is_solid),
             is_solid,
@@ -301,17 +309,18 @@ impl<'a> NodeTree<'a> {
 
     /// The first node of a chain that goes up to the root.
     fn read_node(&self, chain: &[usize]) -> Result<GltfNode, NodeFault> {
-        let NodeTree { file, placed, .. } = *self;
+        let NodeTree { file, placed, unit, .. } = *self;
         let place = chain[0];
         let node = &file.document.nodes[placed[place].node];
         if node.mesh.is_some() && node.skin.is_some() {
             return Err(NodeFault::Skin);
         }
-        let motion = NodeMotion::of_chain(file, placed, &self.curves, chain)?;
+        let motion = NodeMotion::of_chain(file, (placed, &self.curves), chain, unit)?;
         let mesh = local_mesh(file, &placed[place], &motion)
             .map_err(|located| NodeFault::Mesh { reason: located.fault.to_string() })?;
         let mut physics = NodePhysics::of_node(&file.document, node)?;
         physics.centre_of_mass = physics.centre_of_mass.map(|centre| centre * motion.scale);
+        physics.inertia = physics.inertia.map(|inertia| inertia * unit.metres.powi(2));
         let shape = physics.shape.map(|shape| ImplicitShape::of_file(&file.document, shape, motion.scale));
         let (material, unused_materials) = material_names(file, placed[place].node);
         let moves = |place: &usize| {

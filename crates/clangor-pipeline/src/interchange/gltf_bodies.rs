@@ -29,6 +29,8 @@ const SAME_CENTRE: f64 = 1e-3;
 const SAME_HEIGHT: (f64, f64) = (1e-3, 0.01);
 /// Distances of keys after 0 at which a first key is early.
 const EARLY: f64 = 1.5;
+/// Diameter of the smallest moved body above which a file is probably not in metres \[m\].
+const LARGE: f64 = 1.0;
 /// Names in a notice; more are counted.
 const MOST_NAMES: usize = 5;
 
@@ -71,7 +73,21 @@ pub(super) fn add_nodes(
             adder.added.faults.push(fault);
         }
     }
-    adder.added
+    let Adder { added, notices, .. } = adder;
+    notices.extend(large(world, &added.recorded));
+    added
+}
+
+/// A notice of moved bodies none of which is as small as what is usually heard.
+fn large(world: &World, recorded: &[RecordedBody]) -> Option<String> {
+    let diameter = |body: &RecordedBody| 2.0 * world.bodies[body.body.index()].surface.bounding_radius();
+    let smallest = recorded.iter().map(diameter).fold(f64::INFINITY, f64::min);
+    (smallest > LARGE && smallest.is_finite()).then(|| {
+        format!(
+            "the smallest body that moves is {smallest:.1} m across; if the file is in centimetres, import \
+             it with --scale 0.01"
+        )
+    })
 }
 
 /// A notice of names that several nodes have.

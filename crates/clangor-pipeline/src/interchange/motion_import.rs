@@ -7,6 +7,7 @@
 //! order are kept in memory.
 
 mod error;
+mod file_frame;
 mod lasting_log;
 mod listed;
 mod pose_rows;
@@ -24,7 +25,7 @@ use crate::formats::timeline_file::{TimelineSummary, TimelineWriter};
 use crate::motion::frame_checks::notices;
 use crate::motion::impacts::MotionImpacts;
 use crate::motion::parts::{Part, PartSearch};
-use crate::motion::recording::RecordedBody;
+use crate::motion::recording::{LengthUnit, RecordedBody};
 use crate::stages::load::LoadedScene;
 pub use error::MotionImportError;
 use lasting_log::{lasting_log, noise_of_bodies};
@@ -45,6 +46,8 @@ pub struct MotionFiles {
     pub contacts: Vec<PathBuf>,
     /// Whether the tables of poses and the contact lists have z up.
     pub z_up: bool,
+    /// Unit of length of all files: of meshes, poses, and the points and speeds of contact lists.
+    pub unit: LengthUnit,
     /// Length of the parts in which a table is searched that is read as a stream \[s\]; by default that of
     /// half a million poses. The result does not depend on it.
     pub part_length: Option<f64>,
@@ -112,7 +115,7 @@ pub fn import_motion(
         && files.gltf.is_empty()
         && files.contacts.is_empty()
     {
-        let survey = survey(loaded, table, files.z_up)?;
+        let survey = survey(loaded, table, files)?;
         if let Some(plan) = survey.plan(table, &loaded.world, files.part_length)? {
             return import_stream(loaded, table, files, (survey, plan), (output, replace));
         }

@@ -12,6 +12,19 @@ const HELD_FRAMES: u32 = 4;
 /// Length of such a frame, at most \[s\].
 const HELD_LENGTH: f64 = 1.0 / 24.0;
 
+/// Unit of length of a file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LengthUnit {
+    /// Its length \[m\].
+    pub metres: f64,
+}
+
+impl Default for LengthUnit {
+    fn default() -> Self {
+        LengthUnit { metres: 1.0 }
+    }
+}
+
 /// Pose of a body at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {

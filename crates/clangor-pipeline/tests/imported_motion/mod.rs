@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
+use clangor_pipeline::motion::recording::LengthUnit;
 use clangor_pipeline::stages::load::load_scene;
 use tempfile::TempDir;
 
@@ -23,9 +24,19 @@ pub(crate) fn import(
     contacts: &[&str],
     z_up: bool,
 ) -> Result<MotionSummary, String> {
+    import_in(folder, motion, contacts, (z_up, LengthUnit::default()))
+}
+
+/// The same for files with these axes and this unit.
+pub(crate) fn import_in(
+    folder: &Path,
+    motion: &[&str],
+    contacts: &[&str],
+    (z_up, unit): (bool, LengthUnit),
+) -> Result<MotionSummary, String> {
     let loaded = load_scene(&folder.join("scene.toml"), &|_| ()).unwrap();
     let paths = |names: &[&str]| names.iter().map(|name| folder.join(name)).collect::<Vec<PathBuf>>();
     let (gltf, poses) = paths(motion).into_iter().partition(|p| p.extension().is_some_and(|e| e == "gltf"));
-    let files = MotionFiles { gltf, poses, contacts: paths(contacts), z_up, ..MotionFiles::default() };
+    let files = MotionFiles { gltf, poses, contacts: paths(contacts), z_up, unit, ..MotionFiles::default() };
     import_motion(&loaded, &files, &folder.join("out.timeline"), true).map_err(|error| error.to_string())
 }

@@ -8,6 +8,7 @@ use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
+use clangor_pipeline::motion::recording::LengthUnit;
 use clangor_pipeline::stages::load::load_scene;
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -121,13 +122,17 @@ impl File {
     }
 
     fn import(&self, scene: &str, leave_out: &[&str]) -> Result<Imported, String> {
+        self.import_in(LengthUnit::default(), scene, leave_out)
+    }
+
+    fn import_in(&self, unit: LengthUnit, scene: &str, leave_out: &[&str]) -> Result<Imported, String> {
         let folder = tempfile::tempdir().unwrap();
         self.write(folder.path());
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
         let leave_out = leave_out.iter().map(ToString::to_string).collect();
         let gltf = vec![folder.path().join("a.gltf")];
-        let files = MotionFiles { gltf, leave_out, ..MotionFiles::default() };
+        let files = MotionFiles { gltf, leave_out, unit, ..MotionFiles::default() };
         let out = folder.path().join("out.timeline");
         let summary = import_motion(&loaded, &files, &out, true).map_err(|error| error.to_string())?;
         Ok(Imported { folder, summary })
@@ -307,6 +312,33 @@ fn property_meshes_that_differ_by_rounding_are_one_solid() {
         let ((_, cube), (_, copy)) = (imported.body("Cube"), imported.body("Copy"));
         assert_eq!(cube.surface == copy.surface, is_same, "{moved}");
         assert!(copy.pose.position.x.abs() < 2e-4, "{}", copy.pose.position);
+    }
+}
+
+#[test]
+fn property_a_file_in_centimetres_gives_the_bodies_and_the_motion_of_one_in_metres() {
+    let mass = json!({ "motion": { "mass": 2.0, "centerOfMass": [0.01, 0.0, 0.0],
+                                   "inertiaDiagonal": [0.004, 0.004, 0.004] } });
+    let mut metres = falling();
+    metres.nodes[0]["extensions"] = json!({ "KHR_physics_rigid_bodies": mass });
+    let expected = metres.import(SCENE, &[]).unwrap();
+    let mut large = metres;
+    large.nodes[0]["extensions"]["KHR_physics_rigid_bodies"]["motion"]["inertiaDiagonal"] =
+        json!([40, 40, 40]);
+    large.node(json!({ "name": "Root", "scale": [100, 100, 100], "children": [0] }));
+    let unscaled = large.import(SCENE, &[]).unwrap();
+    assert_eq!(unscaled.notices("17.3 m across; if the file is in centimetres"), 1, "{:?}", unscaled.summary);
+    let read = large.import_in(LengthUnit { metres: 0.01 }, SCENE, &[]).unwrap();
+    assert_eq!(read.notices("m across"), 0, "{:?}", read.summary);
+    let ((_, expected_body), (_, body)) = (expected.body("Cube"), read.body("Cube"));
+    let radius = expected_body.surface.bounding_radius();
+    assert!((body.surface.bounding_radius() / radius - 1.0).abs() < 1e-6);
+    assert!(body.pose.position.distance(expected_body.pose.position) < 1e-6, "{}", body.pose.position);
+    assert!((body.inertia.x_axis / expected_body.inertia.x_axis - 1.0).x.abs() < 1e-12, "{}", body.inertia);
+    let (expected, read) = (expected.timeline().poses, read.timeline().poses);
+    assert_eq!(expected.len(), read.len());
+    for (a, b) in expected.iter().zip(&read) {
+        assert!(a.position.distance(b.position) < 1e-6, "{} for {}", b.position, a.position);
     }
 }
 

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::imported_motion::{folder, import};
+use crate::imported_motion::{folder, import, import_in};
 use crate::parquet_columns::write_alike;
 use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::Timeline;
@@ -12,6 +12,7 @@ use clangor_pipeline::formats::gltf_motion::{GltfNode, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
+use clangor_pipeline::motion::recording::LengthUnit;
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
 use parquet::basic::{Compression, ZstdLevel};
@@ -44,6 +45,11 @@ fn timeline(folder: &Path) -> Timeline {
 
 /// A ball that falls from 0.5 m and bounces at 0.3161 s with half of its speed, up being axis `up`.
 fn falling(rate: f64, up: usize) -> String {
+    falling_in(rate, up, 1.0)
+}
+
+/// The same with this many units in a metre.
+fn falling_in(rate: f64, up: usize, units: f64) -> String {
     let impact = (2.0 * 0.49 / G).sqrt();
     let height = |t: f64| match t < impact {
         true => 0.5 - 0.5 * G * t * t,
@@ -52,7 +58,7 @@ fn falling(rate: f64, up: usize) -> String {
     let line = |k: u32| {
         let t = f64::from(k) / rate;
         let mut position = [0.0; 3];
-        position[up] = height(t);
+        position[up] = units * height(t);
         format!("{t},ball,{},{},{}\n", position[0], position[1], position[2])
     };
     HEAD.to_string() + &(0..(0.5 * rate) as u32).map(line).collect::<String>()
@@ -113,7 +119,8 @@ fn stone(node: &Value, channels: &[Channel]) -> Result<GltfNode, String> {
     let folder = tempfile::tempdir().unwrap();
     write_gltf(folder.path(), node, channels);
     let path = folder.path().join("a.gltf");
-    let mut motion = read_gltf_motion(&path, &[]).map_err(|error| error.to_string())?;
+    let mut motion =
+        read_gltf_motion(&path, &[], LengthUnit::default()).map_err(|error| error.to_string())?;
     motion.faults.first().map_or_else(|| Ok(motion.nodes.remove(0)), |fault| Err(fault.to_string()))
 }
 
@@ -206,7 +213,7 @@ fn property_a_mirrored_node_has_a_mirrored_mesh() {
 }
 
 #[test]
-fn property_z_up_turns_lists_too() {
+fn property_axes_and_unit_are_those_of_lists_too() {
     let list = |point: &str, normal: &str| {
         format!(
             "t,body_a,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,impulse_t_x,impulse_t_y,\
@@ -215,20 +222,38 @@ fn property_z_up_turns_lists_too() {
     };
     let y = list("0,0,0", "0,1,0") + ",0.001,0,0.002,0.1,-3,0.2\n";
     let z = list("0,0,0", "0,0,1") + ",0.001,-0.002,0,0.1,-0.2,-3\n";
+    let mm = list("0,0,0", "0,0,1") + ",0.001,-0.002,0,100,-200,-3000\n";
     let (y_poses, z_poses) = (falling(240.0, 1), falling(240.0, 2));
+    let z_mm_poses = falling_in(240.0, 2, 1e3);
     let folder = folder(SCENE, &[("y.csv", &y_poses), ("z.csv", &z_poses), ("yl.csv", &y), ("zl.csv", &z)]);
+    for (name, text) in [("mm.csv", &z_mm_poses), ("mml.csv", &mm)] {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
     import(folder.path(), &["y.csv"], &["yl.csv"], false).unwrap();
-    let expected = timeline(folder.path()).contacts;
-    import(folder.path(), &["z.csv"], &["zl.csv"], true).unwrap();
-    let turned = timeline(folder.path()).contacts;
-    assert_eq!((turned.len(), turned[0].body_b), (1, expected[0].body_b));
-    for (a, b) in [
-        (turned[0].point, expected[0].point),
-        (turned[0].normal, expected[0].normal),
-        (turned[0].velocity, expected[0].velocity),
-        (turned[0].impulse_t, expected[0].impulse_t),
-    ] {
-        assert!(a.distance(b) < 1e-6, "{a} for {b}");
+    let expected = timeline(folder.path());
+    let millimetres = LengthUnit { metres: 0.001 };
+    for (poses, list, unit) in
+        [("z.csv", "zl.csv", LengthUnit::default()), ("mm.csv", "mml.csv", millimetres)]
+    {
+        import_in(folder.path(), &[poses], &[list], (true, unit)).unwrap();
+        let turned = timeline(folder.path());
+        for (a, b) in turned.poses.iter().zip(&expected.poses) {
+            assert!(a.position.distance(b.position) < 1e-9, "{} for {}", a.position, b.position);
+        }
+        let (contacts, expected) = (turned.contacts, &expected.contacts);
+        assert_eq!((contacts.len(), contacts[0].body_b), (1, expected[0].body_b));
+        for (a, b) in [
+            (contacts[0].point, expected[0].point),
+            (contacts[0].normal, expected[0].normal),
+            (contacts[0].velocity, expected[0].velocity),
+            (contacts[0].impulse_t, expected[0].impulse_t),
+        ] {
+            assert!(a.distance(b) < 1e-6, "{poses}: {a} for {b}");
+        }
+        // Without a list as a stream, with the same impact.
+        import_in(folder.path(), &[poses], &[], (true, unit)).unwrap();
+        let found = timeline(folder.path()).contacts;
+        assert!((found[0].impulse_n / 0.1529 - 1.0).abs() < 1e-2, "{}", found[0].impulse_n);
     }
 }
 

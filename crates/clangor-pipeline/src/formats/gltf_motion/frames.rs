@@ -11,7 +11,7 @@ use super::NodeFault;
 use super::curve::{Curve, Curves, Interpolation};
 use crate::formats::mesh_reader::gltf::Placed;
 use crate::formats::mesh_reader::gltf::document::{GltfFile, Node};
-use crate::motion::recording::Frame;
+use crate::motion::recording::{Frame, LengthUnit};
 
 /// Frames per second of a smooth curve, at least \[Hz\].
 const SMOOTH_RATE: f64 = 240.0;
@@ -65,15 +65,17 @@ struct Chain<'a> {
     links: Vec<(Rest, &'a Curves)>,
     /// Scale of the node itself while it is shown, which need not be the same along all axes.
     own: DVec3,
+    unit: LengthUnit,
 }
 
 impl NodeMotion {
-    /// The motion of the first node of a chain that goes up to the root.
+    /// The motion of the first node of a chain that goes up to the root; the nodes and their curves have the
+    /// same places.
     pub(super) fn of_chain(
         file: &GltfFile,
-        placed: &[Placed],
-        curves: &[Curves],
+        (placed, curves): (&[Placed], &[Curves]),
         chain: &[usize],
+        unit: LengthUnit,
     ) -> Result<Self, NodeFault> {
         let rest = |place: &usize| Rest::of(&file.document.nodes[placed[*place].node]);
         let links: Vec<(Rest, &Curves)> = chain.iter().map(|place| (rest(place), &curves[*place])).collect();
@@ -85,7 +87,7 @@ impl NodeMotion {
         let own_scale = |time: f64| scale_of(&links[0], time);
         let shown = |scale: &DVec3| scale.abs().max_element() > SAME_SCALE;
         let own = instants().map(own_scale).find(shown).unwrap_or(DVec3::ONE);
-        let chain = Chain { links, own };
+        let chain = Chain { links, own, unit };
         // Scale of all above, while shown.
         let mut first: Option<f64> = None;
         let (mut birth, mut death) = (None, f64::INFINITY);
@@ -117,7 +119,7 @@ impl NodeMotion {
         let frames = times.iter().copied().enumerate().filter(|(_, time)| alive(time)).map(frame).collect();
         let start = chain.at(if birth.is_finite() { birth } else { begins }).pose;
         // With its signs: a mirrored node has a mirrored mesh.
-        let scale = chain.own * first.unwrap_or(1.0);
+        let scale = chain.own * (first.unwrap_or(1.0) * unit.metres);
         Ok(NodeMotion { frames, start, birth, death, scale, is_animated, moved_by })
     }
 }
@@ -134,7 +136,7 @@ impl Chain<'_> {
     }
 
     fn at(&self, time: f64) -> Similarity {
-        let mut whole = Similarity { scale: 1.0, pose: Pose::IDENTITY };
+        let mut whole = Similarity { scale: self.unit.metres, pose: Pose::IDENTITY };
         for link in self.links.iter().rev() {
             let (rest, curves) = link;
             let translation = curves.translation.as_ref().map_or(rest.translation, |c| c.vector_at(time));

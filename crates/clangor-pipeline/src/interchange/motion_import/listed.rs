@@ -4,8 +4,8 @@ use clangor_core::body::{BodyId, Motion, World};
 use clangor_core::contact::PoseHistory;
 use clangor_core::timeline::{ContactRow, PoseRow};
 
+use super::file_frame::FileFrame;
 use super::pose_rows::pose_rows;
-use super::recording::turn;
 use super::{MotionFiles, MotionImportError};
 use crate::formats::contact_list::{ListedContact, read_listed_contacts};
 use crate::motion::contact_checks::{ContactFault, check_clock, check_contacts, time_outside};
@@ -27,7 +27,7 @@ pub(super) fn read_contacts(
         is_known.then(|| history.at(id, time))
     };
     let span = span(world, recorded);
-    let turn = turn(files.z_up);
+    let file = FileFrame::of(files);
     let mut contacts = Vec::new();
     for path in &files.contacts {
         let mut rows = read_listed_contacts(path, world.bodies.len(), &named)?;
@@ -38,11 +38,13 @@ pub(super) fn read_contacts(
         let refused = |fault| MotionImportError::Contact { path: path.clone(), fault };
         let offset = contacts.iter().map(|row: &ContactRow| row.impact_id).max().unwrap_or(0);
         for ListedContact { line, row, .. } in &mut rows {
-            for vector in
-                [&mut row.point, &mut row.normal, &mut row.velocity, &mut row.impulse_t, &mut row.couple]
-            {
-                *vector = turn * *vector;
+            for vector in [&mut row.normal, &mut row.impulse_t, &mut row.couple] {
+                *vector = file.direction(*vector);
             }
+            for vector in [&mut row.point, &mut row.velocity] {
+                *vector = file.place(*vector);
+            }
+            row.depth *= files.unit.metres;
             if row.impact_id > 0 {
                 let too_large = ContactFault::ImpactId { row: *line, id: row.impact_id };
                 row.impact_id = row.impact_id.checked_add(offset).ok_or_else(|| refused(too_large))?;

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::{Body, BodyId, Motion, World};
 use clangor_core::pose::{Keyframe, Pose, Track};
 use clangor_core::scene::instantiate::GeometryError;
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
+use super::file_frame::FileFrame;
 use super::pose_rows::velocities;
 use super::{MotionFiles, MotionImportError};
 use crate::formats::gltf_motion::read_gltf_motion;
@@ -66,7 +67,7 @@ pub(super) fn read_recording(
     let lives = |body: &&mut RecordedBody| world.bodies[body.body.index()].life.death.is_infinite();
     recording.recorded.iter_mut().filter(lives).for_each(RecordedBody::hold_last);
     for path in &files.poses {
-        for body in read_poses(loaded, world, path, files.z_up)? {
+        for body in read_poses(loaded, world, path, files)? {
             recording.take(loaded, world, (path, body), false)?;
         }
     }
@@ -91,7 +92,7 @@ fn read_gltf_files(
     let mut left_out = BTreeSet::new();
     let mut faults = GltfBodyFaults::default();
     for path in &files.gltf {
-        let mut motion = read_gltf_motion(path, &files.leave_out)?;
+        let mut motion = read_gltf_motion(path, &files.leave_out, files.unit)?;
         left_out.append(&mut motion.left_out);
         gltf.has_animation |= motion.has_animation;
         let mut nodes = add_nodes(world, materials, motion, remarks);
@@ -185,11 +186,11 @@ fn read_poses(
     loaded: &LoadedScene,
     world: &World,
     path: &Path,
-    z_up: bool,
+    files: &MotionFiles,
 ) -> Result<Vec<RecordedBody>, MotionImportError> {
     let named = |name: &str| world.body_named(name);
     let table = read_pose_table(path, world.bodies.len(), &named)?;
-    let mut frame_of = FramesOfTable::new(world, z_up, table.position_of);
+    let mut frame_of = FramesOfTable::new(world, files, table.position_of);
     let mut bodies = Vec::with_capacity(table.bodies.len());
     for (body, mut frames) in table.bodies {
         frame_of.learn_centre(loaded, &world.bodies[body.index()], body, path)?;
@@ -199,17 +200,17 @@ fn read_poses(
     Ok(bodies)
 }
 
-/// Turns poses as a table has them into those of centres of mass, y up.
+/// Turns poses as a table has them into those of centres of mass in metres, y up.
 pub(super) struct FramesOfTable {
-    turn: DQuat,
+    file: FileFrame,
     position_of: PositionOf,
     /// Centre of mass of each body in the frame of its shape or file \[m\], once it is known.
     centres: Vec<Option<DVec3>>,
 }
 
 impl FramesOfTable {
-    pub(super) fn new(world: &World, z_up: bool, position_of: PositionOf) -> Self {
-        FramesOfTable { turn: turn(z_up), position_of, centres: vec![None; world.bodies.len()] }
+    pub(super) fn new(world: &World, files: &MotionFiles, position_of: PositionOf) -> Self {
+        FramesOfTable { file: FileFrame::of(files), position_of, centres: vec![None; world.bodies.len()] }
     }
 
     /// What the positions of the table are.
@@ -239,18 +240,14 @@ impl FramesOfTable {
     /// Turns one frame. The axes of the body stay those of its file.
     pub(super) fn place(&self, body: BodyId, frame: &mut Frame) {
         let centre = self.centres[body.index()].unwrap_or(DVec3::ZERO);
-        if centre == DVec3::ZERO && self.turn == DQuat::IDENTITY {
+        if centre == DVec3::ZERO && self.file.is_ours() {
             return;
         }
         let Pose { position, orientation } = frame.pose;
-        let pose = Pose { position: self.turn * position, orientation: self.turn * orientation };
+        let (position, orientation) = (self.file.place(position), self.file.orientation(orientation));
+        let pose = Pose { position, orientation };
         frame.pose = Pose { position: pose.world_from_body(centre), ..pose };
     }
-}
-
-/// The rotation of a file to y up.
-pub(super) fn turn(z_up: bool) -> DQuat {
-    if z_up { DQuat::from_rotation_x(-std::f64::consts::FRAC_PI_2) } else { DQuat::IDENTITY }
 }
 
 /// Centre of mass of a body of the scene in the frame of its shape or file \[m\]; zero for a body that the

@@ -32,7 +32,7 @@ pub(super) fn import_stream(
 ) -> Result<MotionSummary, MotionImportError> {
     let mut world = loaded.world.clone();
     let Survey { position_of, bodies, latest, .. } = survey;
-    let mut frame_of = FramesOfTable::new(&world, files.z_up, position_of);
+    let mut frame_of = FramesOfTable::new(&world, files, position_of);
     let (mut recorded, mut checks) = (Vec::with_capacity(bodies.len()), Vec::with_capacity(bodies.len()));
     let mut place_of = vec![None; world.bodies.len()];
     for body in bodies {

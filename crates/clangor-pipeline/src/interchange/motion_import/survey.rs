@@ -5,8 +5,8 @@ use std::path::Path;
 
 use clangor_core::body::{BodyId, World};
 
-use super::MotionImportError;
 use super::recording::{FramesOfTable, check_movable};
+use super::{MotionFiles, MotionImportError};
 use crate::formats::pose_table::{LATE, LATENESS, PoseSink, PoseTableError, PositionOf, insert, scan_poses};
 use crate::formats::record_table::MAX_ROWS;
 use crate::motion::frame_checks::FrameChecks;
@@ -102,12 +102,16 @@ impl Survey {
 ///
 /// # Errors
 /// [`MotionImportError`].
-pub(super) fn survey(loaded: &LoadedScene, path: &Path, z_up: bool) -> Result<Survey, MotionImportError> {
+pub(super) fn survey(
+    loaded: &LoadedScene,
+    path: &Path,
+    files: &MotionFiles,
+) -> Result<Survey, MotionImportError> {
     let world = &loaded.world;
     let mut surveyor = Surveyor {
         loaded,
         path,
-        frame_of: FramesOfTable::new(world, z_up, PositionOf::CentreOfMass),
+        frame_of: FramesOfTable::new(world, files, PositionOf::CentreOfMass),
         place_of: vec![None; world.bodies.len()],
         pending: Vec::new(),
         survey: Survey {

@@ -9,6 +9,7 @@
 //! | `jump_windows` | which jumps belong to one impact, and its instant between two frames |
 //! | `parts_of_one` | the same for a part of a larger thing |
 //! | `touching` | where two surfaces touch, with normal and gap |
+//! | `edge_touches` | where sharp edges of two surfaces cross |
 //! | `impulse_fit` | impulses at given points that explain given jumps |
 //! | `impacts` | contact rows of a recording, by the modules above |
 //! | `pose_noise` | noise of positions, measured from the frames |
@@ -20,6 +21,7 @@
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
 pub mod contact_checks;
+mod edge_touches;
 pub(crate) mod flights;
 pub(crate) mod frame_checks;
 pub mod impacts;

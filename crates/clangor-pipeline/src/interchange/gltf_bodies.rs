@@ -73,7 +73,7 @@ pub(super) fn add_nodes(
             adder.added.faults.push(fault);
         }
     }
-    let Adder { added, notices, .. } = adder;
+    let Adder { added, notices, world, .. } = adder;
     notices.extend(large(world, &added.recorded));
     added
 }

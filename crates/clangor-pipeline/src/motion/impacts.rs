@@ -8,6 +8,7 @@
 //! The confidence of an impact is the explained share of the energy of the jumps of its event. Approaches
 //! below the threshold of sound, and those of a body that a support holds, are rows of lasting contact.
 
+mod clean_first;
 mod event_rows;
 
 use std::collections::BTreeMap;
@@ -39,6 +40,8 @@ const WIDEST: f64 = 0.3;
 const FRICTION_SLACK: (f64, f64) = (1.25, 0.05);
 /// Unexplained share from which a wider gap is tried.
 const POOR: f64 = 0.3;
+/// Weight of the jump of a body that several impacts share, beside that of a body with one alone.
+const MIXED: f64 = 0.02;
 
 /// What was found.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -68,27 +71,28 @@ pub(super) fn find_impacts_in_noise(
     noise: &[f64],
 ) -> MotionImpacts {
     let mut scene = Scene::new(world, recorded);
-    let mut windows: Vec<JumpWindow> = scene.windows(recorded, v_min, noise);
-    windows.sort_by(|a, b| a.time.total_cmp(&b.time));
-    scene.windows_of_bodies(&windows);
     let mut found = MotionImpacts::default();
+    let mut events = scene.clean_events(recorded, v_min, noise);
+    let windows = scene.windows_in_order(recorded, v_min, noise);
     let mut done = vec![false; windows.len()];
-    let mut next_id = 1;
     for index in 0..windows.len() {
         if done[index] {
             continue;
         }
         done[index] = true;
         let is_at_end = scene.is_at_end(&windows[index]);
-        let event = scene.event(&windows, index, &mut done);
+        let event = scene.event(&windows, index, &mut done, Search::All);
         match event {
             // A body in flight or on its way along a floor does not stop because its keys end.
             Some(event) if is_at_end && event.residual > POOR => {}
             None if is_at_end => {}
-            Some(event) => event.write(&scene, v_min, &mut next_id, &mut found),
+            Some(event) => events.push(event),
             None => found.untouched.push((windows[index].body, windows[index].time)),
         }
     }
+    events.sort_by(|a, b| a.time.total_cmp(&b.time));
+    let mut next_id = 1;
+    events.iter().for_each(|event| event.write(&scene, v_min, &mut next_id, &mut found));
     scene.drop_jumps_of_parts(&windows, &mut found);
     found.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
     found.states.sort_by(|a, b| a.time.total_cmp(&b.time));
@@ -104,6 +108,15 @@ pub(super) struct Scene<'a> {
     groups: Vec<Option<usize>>,
     /// Places of the windows of each body, in order of time.
     windows: Vec<Vec<usize>>,
+}
+
+/// Through which bodies an event goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Search {
+    /// Those that no other impact moves at the time.
+    Clean,
+    /// All of them.
+    All,
 }
 
 /// Bodies that touch at an instant, and their points.
@@ -123,6 +136,21 @@ struct Member {
     window: Option<JumpWindow>,
     fit: FitBody,
     is_supported: bool,
+}
+
+impl Member {
+    /// Whether it has several impacts at the time.
+    fn is_mixed(&self) -> bool {
+        self.window.is_some_and(|window| !window.is_clean)
+    }
+}
+
+/// Where an event is sought: at an instant \[s\], with gaps up to this factor on the least.
+#[derive(Clone, Copy)]
+struct Near {
+    time: f64,
+    factor: f64,
+    search: Search,
 }
 
 impl<'a> Scene<'a> {
@@ -190,14 +218,25 @@ impl<'a> Scene<'a> {
         found.untouched = left;
     }
 
-    fn windows_of_bodies(&mut self, windows: &[JumpWindow]) {
+    /// The same in order of time, with their places for each body.
+    fn windows_in_order(&mut self, recorded: &[RecordedBody], v_min: f64, noise: &[f64]) -> Vec<JumpWindow> {
+        let mut windows = self.windows(recorded, v_min, noise);
+        windows.sort_by(|a, b| a.time.total_cmp(&b.time));
+        self.windows.iter_mut().for_each(Vec::clear);
         for (index, window) in windows.iter().enumerate() {
             self.windows[window.body.index()].push(index);
         }
+        windows
     }
 
     /// The event of a window, with those of other bodies that belong to it, which are then done.
-    fn event(&self, windows: &[JumpWindow], first: usize, done: &mut [bool]) -> Option<Event> {
+    fn event(
+        &self,
+        windows: &[JumpWindow],
+        first: usize,
+        done: &mut [bool],
+        search: Search,
+    ) -> Option<Event> {
         let mut best: Option<(Event, Vec<usize>)> = None;
         let JumpWindow { time, span, .. } = windows[first];
         let here = WIDER.map(|factor| (factor, 0.0));
@@ -208,9 +247,8 @@ impl<'a> Scene<'a> {
                 break;
             }
             let instant = (time + part * span).max(0.0);
-            let Some((event, used)) = self.event_within(windows, first, done, (instant, factor)) else {
-                continue;
-            };
+            let near = Near { time: instant, factor, search };
+            let Some((event, used)) = self.event_within(windows, first, done, near) else { continue };
             let is_good = event.residual < POOR;
             if best.as_ref().is_none_or(|(found, _)| event.residual < 0.7 * found.residual) {
                 best = Some((event, used));
@@ -220,7 +258,8 @@ impl<'a> Scene<'a> {
             }
         }
         let (event, used) = best?;
-        used.into_iter().for_each(|index| done[index] = true);
+        let is_explained = |index: &usize| search == Search::All || windows[*index].is_clean;
+        used.into_iter().filter(is_explained).for_each(|index| done[index] = true);
         Some(event)
     }
 
@@ -229,7 +268,7 @@ impl<'a> Scene<'a> {
         windows: &[JumpWindow],
         first: usize,
         done: &[bool],
-        (time, factor): (f64, f64),
+        Near { time, factor, search }: Near,
     ) -> Option<(Event, Vec<usize>)> {
         let start = windows[first];
         let (mut members, mut used) = (vec![self.member(start.body, Some(start), time)?], Vec::new());
@@ -237,7 +276,8 @@ impl<'a> Scene<'a> {
         let mut next = 0;
         while next < members.len() {
             let one = members[next];
-            if one.fit.inverse_mass <= 0.0 {
+            let is_mixed = search == Search::Clean && next > 0 && one.is_mixed();
+            if one.fit.inverse_mass <= 0.0 || is_mixed {
                 next += 1;
                 continue;
             }
@@ -281,7 +321,11 @@ impl<'a> Scene<'a> {
         if points.is_empty() {
             return None;
         }
-        let bodies: Vec<FitBody> = members.iter().map(|member| member.fit).collect();
+        let weighted = |member: &Member| match search == Search::Clean && member.is_mixed() {
+            true => member.fit.weighted(MIXED),
+            false => member.fit,
+        };
+        let bodies: Vec<FitBody> = members.iter().map(weighted).collect();
         let contacts: Vec<FitContact> = points.iter().map(|(contact, _)| *contact).collect();
         let fit = fit_impulses(&bodies, &contacts);
         Some((Event { time, members, points, impulses: fit.impulses, residual: fit.residual }, used))
@@ -390,8 +434,8 @@ fn small_jumps(kinematics: &Kinematics<'_>, time: f64) -> (DVec3, DVec3) {
     let gravity = kinematics.inertia.gravity;
     let frames = || index..=index + 1;
     let velocity = |k: usize| {
-        let jump = kinematics.jumps[k];
+        let jump = kinematics.left[k];
         if held(&k) { jump.velocity + gravity * jump.span } else { jump.velocity }
     };
-    (frames().map(velocity).sum(), frames().map(|k| kinematics.jumps[k].angular_momentum).sum())
+    (frames().map(velocity).sum(), frames().map(|k| kinematics.left[k].angular_momentum).sum())
 }

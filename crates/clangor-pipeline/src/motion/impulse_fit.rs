@@ -8,7 +8,8 @@
 //! its 3 × 3 inverse mass K: block coordinate descent, which is the sequential impulses of a solver with the
 //! jumps as its right side (Catto 2005). Points join one by one, each that explains most of what is left,
 //! until none explains more than half a percent: an impact at one place has one point, however many samples
-//! of the surfaces lie near it. As the energy is convex, that is within the same share of the best fit.
+//! of the surfaces lie near it. Then each of them is exchanged for another point of the same two bodies, as
+//! long as that explains more: a point that was the best before the others joined need not be it afterwards.
 //! Bodies that nothing moves take impulses and explain nothing.
 
 use clangor_core::pose::Pose;
@@ -21,6 +22,9 @@ const SWEEPS: usize = 300;
 /// Share of the energy of the jumps that another point must explain: less is the noise of the motion, which
 /// many points would share.
 const LEAST_GAIN: f64 = 0.005;
+/// Unexplained share from which points are exchanged, and most rounds in which each point is.
+const WORTH_EXCHANGE: f64 = 0.005;
+const EXCHANGES: usize = 3;
 /// Change of the impulses in a sweep, relative to the largest, at which the fit ends.
 const CONVERGED: f64 = 1e-7;
 
@@ -48,6 +52,18 @@ impl FitBody {
         velocity: DVec3::ZERO,
         angular_velocity: DVec3::ZERO,
     };
+
+    /// The same body with an unexplained jump that costs only a share of its energy: that of a body of greater
+    /// mass with the same jump of its momentum.
+    pub(super) fn weighted(self, weight: f64) -> Self {
+        FitBody {
+            inverse_mass: weight * self.inverse_mass,
+            inverse_inertia: self.inverse_inertia * weight,
+            velocity: self.velocity * weight,
+            angular_velocity: self.angular_velocity * weight,
+            ..self
+        }
+    }
 
     /// A body in a pose with its jumps of velocity [m/s] and of angular momentum [kg m²/s].
     pub(super) fn moved(inertia: &Inertia, pose: Pose, (velocity, angular_momentum): (DVec3, DVec3)) -> Self {
@@ -94,8 +110,41 @@ pub(super) fn fit_impulses(bodies: &[FitBody], contacts: &[FitContact]) -> Fit {
         chosen.push(next);
         sweep(&mut left, contacts, &inverse, &chosen, &mut impulses);
     }
-    let rest: f64 = left.iter().map(energy).sum();
-    Fit { impulses, residual: if whole > 0.0 { rest / whole } else { 0.0 } }
+    let rest = |left: &[FitBody]| left.iter().map(energy).sum::<f64>();
+    let mut state = (left, impulses, chosen);
+    for _ in 0..EXCHANGES {
+        if rest(&state.0) <= WORTH_EXCHANGE * whole || !exchange(bodies, contacts, &inverse, &mut state) {
+            break;
+        }
+    }
+    let (left, impulses, _) = state;
+    Fit { impulses, residual: if whole > 0.0 { rest(&left) / whole } else { 0.0 } }
+}
+
+/// What is left, the impulses, and the points that have them.
+type State = (Vec<FitBody>, Vec<DVec3>, Vec<usize>);
+
+/// Exchanges each chosen point for the one of the same bodies that leaves least; whether any was.
+fn exchange(bodies: &[FitBody], contacts: &[FitContact], inverse: &[DMat3], state: &mut State) -> bool {
+    let rest = |left: &[FitBody]| left.iter().map(energy).sum::<f64>();
+    let mut is_changed = false;
+    for place in 0..state.2.len() {
+        let pair = contacts[state.2[place]].bodies;
+        for other in 0..contacts.len() {
+            if contacts[other].bodies != pair || inverse[other] == DMat3::ZERO || state.2.contains(&other) {
+                continue;
+            }
+            let mut chosen = state.2.clone();
+            chosen[place] = other;
+            let (mut left, mut impulses) = (bodies.to_vec(), vec![DVec3::ZERO; contacts.len()]);
+            sweep(&mut left, contacts, inverse, &chosen, &mut impulses);
+            if rest(&left) < (1.0 - LEAST_GAIN) * rest(&state.0) {
+                *state = (left, impulses, chosen);
+                is_changed = true;
+            }
+        }
+    }
+    is_changed
 }
 
 /// The point not yet chosen whose impulse takes most of the energy of the jumps that are left, if it takes

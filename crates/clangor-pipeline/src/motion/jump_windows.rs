@@ -62,6 +62,10 @@ const LARGEST_RATIO: f64 = 30.0;
 /// The same for a jump that is small against its neighbour, whose direction is uncertain.
 const SMALL_SAME_DIRECTION: f64 = 0.5;
 
+/// Largest jump of a frame beside an impact, and largest rest of the shares of its own frames, over that of
+/// the impact, at which it is clean.
+const QUIET: f64 = 0.07;
+
 /// Steps to the part of a frame at which an impact of a supported body happens, and the change at which they
 /// end.
 const PART_STEPS: usize = 40;
@@ -83,6 +87,8 @@ pub(super) struct JumpWindow {
     pub(super) velocity: DVec3,
     /// Jump of the angular momentum [kg m²/s].
     pub(super) angular_momentum: DVec3,
+    /// Whether its frames have nothing but this impact, so that the jump is exact.
+    pub(super) is_clean: bool,
 }
 
 /// The impacts of a body, in order of time; `v_min` is the threshold of sound, `noise` the deviation of Δv on
@@ -108,6 +114,9 @@ pub(super) fn jump_windows(
         windows.extend(found);
         k += frames;
     }
+    for window in &mut windows {
+        window.is_clean = run.is_clean(window);
+    }
     windows
 }
 
@@ -127,7 +136,7 @@ impl Run<'_> {
     /// direction. A support in the frames after it does not hide it, as a supported body does not move.
     fn of_release(&self, clear: f64) -> Option<JumpWindow> {
         let kinematics = self.kinematics;
-        let (first, second) = (kinematics.release, *kinematics.jumps.get(1)?);
+        let (first, second) = (kinematics.release, *kinematics.left.get(1)?);
         let dot = |a: &Jump, b: &Jump| product(kinematics, 0, a, b);
         let squares = dot(&first, &first) * dot(&second, &second);
         let gravity = kinematics.inertia.gravity.length();
@@ -173,7 +182,7 @@ impl Run<'_> {
             let is_free = other > before && other > 0 && other + 1 < self.kinematics.frames.len();
             let joins =
                 is_free && !self.is_hit(other) && cosine(self.kinematics, k, other) > SMALL_SAME_DIRECTION;
-            if joins { self.kinematics.jumps[other].size } else { 0.0 }
+            if joins { self.kinematics.left[other].size } else { 0.0 }
         };
         let (earlier, later) = (share(k - 1), share(k + 1));
         match (earlier, later) {
@@ -185,7 +194,7 @@ impl Run<'_> {
 
     /// Two impacts in the two intervals between three frames.
     fn two_impacts(&self, k: usize) -> Option<[JumpWindow; 2]> {
-        let [first, middle, last] = [k, k + 1, k + 2].map(|k| self.kinematics.jumps[k]);
+        let [first, middle, last] = [k, k + 1, k + 2].map(|k| self.kinematics.left[k]);
         let [alpha, beta] = self.combination(k, &middle, [&first, &last])?;
         Some([
             self.shared(k, scaled(&first, 1.0 + alpha), alpha / (1.0 + alpha)),
@@ -195,7 +204,7 @@ impl Run<'_> {
 
     /// Three impacts in the three intervals between four frames.
     fn three_impacts(&self, k: usize) -> Option<[JumpWindow; 3]> {
-        let [one, two, three, four] = [k, k + 1, k + 2, k + 3].map(|k| self.kinematics.jumps[k]);
+        let [one, two, three, four] = [k, k + 1, k + 2, k + 3].map(|k| self.kinematics.left[k]);
         let [beta, gamma, delta] = self.combination(k, &three, [&four, &two, &scaled(&one, -1.0)])?;
         let alpha = if gamma > 0.0 { delta / gamma } else { return None };
         let rest = sum(&two, &scaled(&one, -alpha));
@@ -244,14 +253,32 @@ impl Run<'_> {
             span,
             velocity: jump.velocity,
             angular_momentum: jump.angular_momentum,
+            is_clean: false,
         }
+    }
+
+    /// Whether the frames around an impact are quiet, and both of its own have the shares of one jump.
+    fn is_clean(&self, window: &JumpWindow) -> bool {
+        let JumpWindow { first, last, velocity, angular_momentum, .. } = *window;
+        let (kinematics, left) = (self.kinematics, &self.kinematics.left);
+        let whole = Jump { velocity, angular_momentum, ..Jump::default() };
+        let square = |jump: &Jump| product(kinematics, first, jump, jump);
+        let most = QUIET * QUIET * square(&whole);
+        let is_quiet =
+            |k: usize| left.get(k).is_none_or(|jump| square(jump) <= most) || kinematics.is_held(k);
+        if first > 0 && !is_quiet(first - 1) || !is_quiet(last + 1) {
+            return false;
+        }
+        let part = (window.time - kinematics.frames[first].time) / window.span;
+        let rest = |k: usize, share: f64| square(&sum(&left[k], &scaled(&whole, -share)));
+        last == first || first > 0 && rest(first, 1.0 - part) + rest(last, part) <= most
     }
 
     /// An impact with shares at one frame or two, without what a support gives there.
     fn window(&self, first: usize, last: usize) -> JumpWindow {
         let kinematics = self.kinematics;
-        let late = if last > first { kinematics.jumps[last] } else { Jump::default() };
-        let whole = sum(&kinematics.jumps[first], &late);
+        let late = if last > first { kinematics.left[last] } else { Jump::default() };
+        let whole = sum(&kinematics.left[first], &late);
         let support = Support::around(kinematics, first, last);
         let dot = |a: &Jump, b: &Jump| product(kinematics, first, a, b);
         let (mut part, mut jump) = (0.0, whole);
@@ -318,7 +345,7 @@ fn sum(a: &Jump, b: &Jump) -> Jump {
 /// Which frames count. What a jump has over the first two terms exceeds 1.2 q where more than a quarter of
 /// the jumps around are smaller than a 1.2th of it, which needs no sorting.
 fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
-    let (jumps, g) = (&kinematics.jumps, kinematics.inertia.gravity.length());
+    let (jumps, g) = (&kinematics.left, kinematics.inertia.gravity.length());
     let is_hit = |k: usize| {
         let fall = g * jumps[k].span;
         let excess = (jumps[k].size - unsupported_threshold(clear, fall)) / 1.2;
@@ -369,7 +396,7 @@ fn product(kinematics: &Kinematics<'_>, at: usize, a: &Jump, b: &Jump) -> f64 {
 }
 
 fn cosine(kinematics: &Kinematics<'_>, k: usize, other: usize) -> f64 {
-    let (Some(a), Some(b)) = (kinematics.jumps.get(k), kinematics.jumps.get(other)) else { return 0.0 };
+    let (Some(a), Some(b)) = (kinematics.left.get(k), kinematics.left.get(other)) else { return 0.0 };
     let square = product(kinematics, k, a, a) * product(kinematics, k, b, b);
     if square > 0.0 { product(kinematics, k, a, b) / square.sqrt() } else { 0.0 }
 }

@@ -109,6 +109,8 @@ pub(super) struct Kinematics<'a> {
     pub(super) intervals: Vec<Interval>,
     /// One for each frame; zero at the first and the last.
     pub(super) jumps: Vec<Jump>,
+    /// What impacts that are found have not yet explained of the jumps.
+    pub(super) left: Vec<Jump>,
     /// Jump at the first frame of a body that is released at rest there.
     pub(super) release: Jump,
     /// Index of the last frame that is no repetition of the one before.
@@ -133,7 +135,27 @@ impl<'a> Kinematics<'a> {
         });
         let held = frames.iter().rev().zip(frames.iter().rev().skip(1)).take_while(|(b, a)| b.row == a.row);
         let last_key = frames.len().saturating_sub(1 + held.count());
-        Kinematics { frames, inertia, intervals, jumps, release, last_key }
+        let left = jumps.clone();
+        Kinematics { frames, inertia, intervals, jumps, left, release, last_key }
+    }
+
+    /// Nothing is left of the jump at a frame.
+    pub(super) fn clear(&mut self, frame: usize) {
+        self.left[frame] = Jump { span: self.left[frame].span, ..Jump::default() };
+    }
+
+    /// Takes an impulse at an instant from what is left: its change of the velocity [m/s] and of the angular
+    /// momentum [kg m²/s].
+    pub(super) fn explain(&mut self, time: f64, (velocity, angular_momentum): (DVec3, DVec3)) {
+        let Some(index) = self.interval_at(time).filter(|_| self.is_recorded_at(time)) else { return };
+        let part = (time - self.frames[index].time) / self.intervals[index].length;
+        for (k, share) in [(index, 1.0 - part), (index + 1, part)] {
+            if k > 0 && k + 1 < self.frames.len() {
+                let Jump { velocity: v, angular_momentum: l, span, .. } = self.left[k];
+                let rest = (v - velocity * share, l - angular_momentum * share);
+                self.left[k] = self.inertia.jump(rest, self.frames[k].pose.orientation, span);
+            }
+        }
     }
 
     /// The interval that holds a time; the first or last outside.

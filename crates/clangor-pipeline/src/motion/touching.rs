@@ -2,7 +2,8 @@
 //! little.
 //!
 //! Points of each surface, its vertices and points along long edges, are held against the other: a corner on
-//! a face is found exactly, an edge on an edge to the distance of those points. Of a mesh with more than 6000
+//! a face is found exactly, a round edge on an edge to the distance of those points, sharp edges exactly
+//! ([`edge_touches`](super)). Of a mesh with more than 6000
 //! vertices only every second, third, … is held, and corners are found to their distance. Spheres and planes
 //! are exact.
 
@@ -13,6 +14,8 @@ use clangor_core::body::{MeshSurface, Surface};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::pose::Pose;
 use glam::DVec3;
+
+use super::edge_touches::{SharpEdge, edge_touches, sharp_edges};
 
 /// Edges are divided into parts of at most this share of the bounding radius.
 const EDGE_SHARE: f64 = 0.12;
@@ -30,16 +33,17 @@ pub(super) struct SampledSurface {
     pub(super) surface: Arc<Surface>,
     pub(super) radius: f64,
     points: Vec<DVec3>,
+    pub(super) edges: Vec<SharpEdge>,
 }
 
 impl SampledSurface {
     pub(super) fn new(surface: &Arc<Surface>) -> Self {
         let radius = surface.bounding_radius();
-        let points = match &**surface {
-            Surface::Mesh(mesh) => sample(&mesh.mesh, EDGE_SHARE * radius),
-            _ => Vec::new(),
+        let (points, edges) = match &**surface {
+            Surface::Mesh(mesh) => (sample(&mesh.mesh, EDGE_SHARE * radius), sharp_edges(&mesh.mesh)),
+            _ => (Vec::new(), Vec::new()),
         };
-        SampledSurface { surface: Arc::clone(surface), radius, points }
+        SampledSurface { surface: Arc::clone(surface), radius, points, edges }
     }
 }
 
@@ -102,10 +106,14 @@ pub(super) fn may_touch(a: Placed<'_>, b: Placed<'_>, within: f64) -> bool {
     }
 }
 
-/// Points of two surfaces with a gap of at most `within` \[m\]: the deepest, and those that are farthest from
-/// the ones before.
+/// Points of two surfaces with a gap of at most `within` \[m\]: the deepest, those that are farthest from
+/// the ones before, and the nearest crossings of edges.
 pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
-    spread(near_points(a, b, within))
+    let mut found = spread(near_points(a, b, within));
+    let mut crossings = edge_touches(a, b, within);
+    crossings.sort_by(|a, b| a.gap.abs().total_cmp(&b.gap.abs()));
+    found.extend(crossings.into_iter().take(KEPT));
+    found
 }
 
 /// How far the points of two surfaces are from the other, from one pose to the next: a point whose distance

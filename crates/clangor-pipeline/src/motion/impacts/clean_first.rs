@@ -1,0 +1,73 @@
+//! Impacts of bodies that have one alone, before those of bodies with several at a time.
+//!
+//! The jump of a body that has one impact within its frames is its impulse exactly. Where the other body has
+//! several, its jumps are a sum; what the first impact gives to it is taken from them,
+//!
+//! ```text
+//! Δₖ ← Δₖ − (1 − f) J / m,    Δₖ₊₁ ← Δₖ₊₁ − f J / m
+//! ```
+//!
+//! which leaves the others: it may then have one alone, and so on, round by round.
+
+use glam::DVec3;
+
+use super::{Event, Scene, Search};
+use crate::motion::recording::RecordedBody;
+
+/// Most rounds. Each may set free the neighbours in time of the ones before.
+const ROUNDS: usize = 4;
+/// Unexplained share above which an impact waits for the others.
+const EXPLAINED: f64 = 0.05;
+
+impl Scene<'_> {
+    /// The events of bodies that have one alone; they are no part of what is left of the jumps.
+    pub(super) fn clean_events(
+        &mut self,
+        recorded: &[RecordedBody],
+        v_min: f64,
+        noise: &[f64],
+    ) -> Vec<Event> {
+        let mut events = Vec::new();
+        for _ in 0..ROUNDS {
+            let windows = self.windows_in_order(recorded, v_min, noise);
+            let mut done = vec![false; windows.len()];
+            let before = events.len();
+            for index in 0..windows.len() {
+                if done[index] || !windows[index].is_clean || self.is_at_end(&windows[index]) {
+                    continue;
+                }
+                done[index] = true;
+                let event = self.event(&windows, index, &mut done, Search::Clean);
+                if let Some(event) = event.filter(|event| event.residual < EXPLAINED) {
+                    self.explain(&event);
+                    events.push(event);
+                }
+            }
+            if events.len() == before {
+                break;
+            }
+        }
+        events
+    }
+
+    /// Takes the impulses of an event from what is left of the jumps of its bodies.
+    fn explain(&mut self, event: &Event) {
+        for (place, member) in event.members.iter().enumerate() {
+            let Some(kinematics) = &mut self.kinematics[member.body.index()] else { continue };
+            let (mut impulse, mut moment) = (DVec3::ZERO, DVec3::ZERO);
+            for ((contact, _), push) in event.points.iter().zip(&event.impulses) {
+                for (other, sign) in contact.bodies.into_iter().zip([1.0, -1.0]) {
+                    if other == place {
+                        impulse += *push * sign;
+                        moment += (contact.point - member.fit.centre).cross(*push) * sign;
+                    }
+                }
+            }
+            match member.window.filter(|window| window.is_clean) {
+                // What the fit leaves of it is no other impact.
+                Some(window) => (window.first..=window.last).for_each(|frame| kinematics.clear(frame)),
+                None => kinematics.explain(event.time, (impulse / kinematics.inertia.mass, moment)),
+            }
+        }
+    }
+}

@@ -41,6 +41,8 @@ pub(super) fn windows_of_part(
     for window in &mut windows {
         let orientation = frames[window.first].pose.orientation;
         let turning = kinematics.inertia.inverse_at(orientation) * window.angular_momentum;
+        // What is left of the jumps is kept for the part, and not for the whole.
+        window.is_clean = false;
         let arm = orientation * whole.centre;
         let rotation = DMat3::from_quat(orientation);
         window.velocity -= turning.cross(arm);

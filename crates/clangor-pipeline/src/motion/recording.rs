@@ -125,7 +125,7 @@ pub enum RecordingError {
     /// A body that is somewhere else from one frame to the next.
     #[error(
         "body {body}, row {row}: it moves {distance} m within {span} s, which is {speed} m/s; a body that is \
-         put elsewhere must be hidden (scale 0) or another body"
+         put elsewhere must be hidden (scale 0) or another body, and a file in centimetres needs --scale 0.01"
     )]
     Teleport {
         /// The body.

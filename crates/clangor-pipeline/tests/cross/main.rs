@@ -1,5 +1,8 @@
 //! Cross-checks: two independent methods agree.
 
+#[path = "../recorded_boxes/mod.rs"]
+mod boxes;
+
 mod audio_draft;
 mod compare;
 mod glb;

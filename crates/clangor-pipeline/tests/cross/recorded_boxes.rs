@@ -3,13 +3,15 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
-use clangor_pipeline::stages::load::{LoadedScene, load_scene};
+use clangor_pipeline::stages::load::LoadedScene;
 use glam::DVec3;
+
+use crate::boxes;
 
 /// Impulses of one body within this time are one \[s\].
 const WINDOW: f64 = 0.003;
@@ -22,13 +24,9 @@ struct Hit {
     impulse: DVec3,
 }
 
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded_boxes")
-}
-
 /// The log, whose z is up.
 fn log() -> Vec<(usize, Hit)> {
-    let text = fs::read_to_string(folder().join("impacts.csv")).unwrap();
+    let text = fs::read_to_string(boxes::folder().join("impacts.csv")).unwrap();
     let row = |line: &str| {
         let values: Vec<f64> = line.split(',').map(|value| value.parse().unwrap()).collect();
         let impulse = DVec3::new(values[3], values[5], -values[4]);
@@ -37,12 +35,17 @@ fn log() -> Vec<(usize, Hit)> {
     text.lines().skip(1).map(row).collect()
 }
 
-/// Impulses of the impacts of each body, near ones summed as in the log.
-fn found(timeline: &Timeline) -> Vec<(usize, Hit)> {
-    let mut hits: BTreeMap<usize, Vec<Hit>> = BTreeMap::new();
-    for row in timeline.contacts.iter().filter(|row| row.impact_id != 0) {
+/// Impulses of the impacts of each body, near ones summed as in the log, and with them what pushes the body
+/// without an approach at the same time, up to the half of a frame in which times are uncertain.
+fn found(timeline: &Timeline, frame: f64) -> Vec<(usize, Hit)> {
+    let (mut hits, mut pushes) = (BTreeMap::<usize, Vec<Hit>>::new(), Vec::new());
+    for row in &timeline.contacts {
         for (id, sign) in [(row.body_a, 1.0), (row.body_b, -1.0)] {
             let impulse = row.impulse() * sign;
+            if row.impact_id == 0 {
+                pushes.push((id.index(), row.time, impulse));
+                continue;
+            }
             let hits = hits.entry(id.index()).or_default();
             match hits.last_mut().filter(|hit| row.time - hit.last <= WINDOW) {
                 Some(hit) => *hit = Hit { last: row.time, impulse: hit.impulse + impulse, ..*hit },
@@ -50,25 +53,41 @@ fn found(timeline: &Timeline) -> Vec<(usize, Hit)> {
             }
         }
     }
+    for (body, time, impulse) in pushes {
+        let away = |hit: &Hit| (hit.first - time).max(time - hit.last).max(0.0);
+        let hits = hits.entry(body).or_default();
+        let nearest = hits.iter_mut().min_by(|a, b| away(a).total_cmp(&away(b)));
+        if let Some(hit) = nearest.filter(|hit| away(hit) <= 0.55 * frame) {
+            hit.impulse += impulse;
+        }
+    }
     hits.into_iter().flat_map(|(body, hits)| hits.into_iter().map(move |hit| (body, hit))).collect()
 }
 
 struct Score {
+    /// Shares of the impacts of the log that are found, each found one used once; by number and by energy.
     recall: f64,
     energy: f64,
+    /// Share of the energy of impacts with any found one: several in a frame may have one.
+    energy_shared: f64,
+    /// Shares of the found impacts that the log has: each of the log used once, or within any of its hits,
+    /// which last up to 10 ms.
     precision: f64,
+    precision_shared: f64,
     /// Share of the impulses that are found within 20 %.
     near: f64,
 }
 
-fn score(loaded: &LoadedScene, poses: PathBuf, tolerance: f64) -> Score {
+fn score(loaded: &LoadedScene, poses: PathBuf, rate: f64) -> Score {
+    let tolerance = (1.5 / rate).max(0.002);
     let files = MotionFiles { poses: vec![poses], z_up: true, ..MotionFiles::default() };
     let out = tempfile::tempdir().unwrap();
     let path = out.path().join("boxes.timeline");
     import_motion(loaded, &files, &path, false).unwrap();
     let timeline = TimelineReader::open(&path).unwrap().read_all().unwrap();
     let boxes = loaded.scene.bodies.len();
-    let found: Vec<(usize, Hit)> = found(&timeline).into_iter().filter(|(body, _)| *body < boxes).collect();
+    let of_boxes = |(body, _): &(usize, Hit)| *body < boxes;
+    let found: Vec<(usize, Hit)> = found(&timeline, 1.0 / rate).into_iter().filter(of_boxes).collect();
     let mass = |body: usize| loaded.world.bodies[body].mass;
     let energy = |(body, hit): &(usize, Hit)| hit.impulse.length_squared() / mass(*body);
     let mut log = log();
@@ -87,24 +106,45 @@ fn score(loaded: &LoadedScene, poses: PathBuf, tolerance: f64) -> Score {
         share += energy(one);
         near += usize::from(found[k].1.impulse.distance(hit.impulse) < 0.2 * hit.impulse.length());
     }
+    let meet = |a: &(usize, Hit), b: &(usize, Hit)| {
+        a.0 == b.0 && a.1.first <= b.1.last + tolerance && b.1.first <= a.1.last + tolerance
+    };
+    let shared: f64 = log.iter().filter(|one| found.iter().any(|hit| meet(one, hit))).map(energy).sum();
+    let right = found.iter().filter(|hit| log.iter().any(|one| meet(one, hit))).count();
     let count = |n: usize, of: usize| n as f64 / of as f64;
     Score {
         recall: count(hits, log.len()),
         energy: share / whole,
+        energy_shared: shared / whole,
         precision: count(hits, found.len()),
+        precision_shared: count(right, found.len()),
         near: count(near, hits),
     }
 }
 
 #[test]
 fn cross_impacts_of_thirty_boxes_are_found_in_their_poses() {
-    let loaded = load_scene(&folder().join("boxes.toml"), &|_| ()).unwrap();
-    let Score { recall, energy, precision, near } = score(&loaded, folder().join("poses.parquet"), 0.006);
-    println!(
-        "250 Hz: recall {recall:.3}, energy {energy:.4}, precision {precision:.3}, within 20 % {near:.2}"
-    );
-    // Seen: 0.927, 0.9913, 0.863, 0.50.
-    assert!(energy > 0.99, "{energy}");
-    assert!(recall > 0.91 && precision > 0.84, "{recall} {precision}");
-    assert!(near > 0.45, "{near}");
+    let loaded = boxes::scene();
+    let folder = tempfile::tempdir().unwrap();
+    // Energy, energy shared, precision, precision shared, within 20 %.
+    // Seen: 0.9995, 0.9998, 0.978, 0.982, 0.768; 0.9911, 0.9989, 0.886, 0.978, 0.486; 0.935, 0.991, 0.975,
+    // 0.982, 0.256. The strongest impact of each body in each frame of 62.5 Hz has 0.90 to 0.94 of the energy.
+    let cases = [
+        (1, [0.99, 0.99, 0.95, 0.95, 0.74]),
+        (4, [0.985, 0.99, 0.86, 0.95, 0.44]),
+        (16, [0.90, 0.95, 0.93, 0.95, 0.20]),
+    ];
+    for (every, least) in cases {
+        let rate = f64::from(boxes::RATE) / every as f64;
+        let score = score(&loaded, boxes::poses(&loaded, every, folder.path()), rate);
+        let Score { recall, energy, energy_shared, precision, precision_shared, near } = score;
+        println!(
+            "{rate} Hz: found {recall:.3}, energy {energy:.4} ({energy_shared:.4} where impacts share one), \
+             right {precision:.3} ({precision_shared:.3}), within 20 % {near:.3}"
+        );
+        let seen = [energy, energy_shared, precision, precision_shared, near];
+        for (seen, least) in seen.into_iter().zip(least) {
+            assert!(seen > least, "{seen} for {least} at {rate} Hz");
+        }
+    }
 }

@@ -326,8 +326,11 @@ fn property_a_file_in_centimetres_gives_the_bodies_and_the_motion_of_one_in_metr
     large.nodes[0]["extensions"]["KHR_physics_rigid_bodies"]["motion"]["inertiaDiagonal"] =
         json!([40, 40, 40]);
     large.node(json!({ "name": "Root", "scale": [100, 100, 100], "children": [0] }));
-    let unscaled = large.import(SCENE, &[]).unwrap();
-    assert_eq!(unscaled.notices("17.3 m across; if the file is in centimetres"), 1, "{:?}", unscaled.summary);
+    let message = large.import(SCENE, &[]).err().unwrap();
+    assert!(message.contains("m/s") && message.contains("needs --scale 0.01"), "{message}");
+    // Slower than sound, a file that is too large is told.
+    let tenth = large.import_in(LengthUnit { metres: 0.1 }, SCENE, &[]).unwrap();
+    assert_eq!(tenth.notices("1.9 m across; if the file is in centimetres"), 1, "{:?}", tenth.summary);
     let read = large.import_in(LengthUnit { metres: 0.01 }, SCENE, &[]).unwrap();
     assert_eq!(read.notices("m across"), 0, "{:?}", read.summary);
     let ((_, expected_body), (_, body)) = (expected.body("Cube"), read.body("Cube"));

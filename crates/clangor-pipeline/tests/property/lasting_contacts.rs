@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use crate::boxes;
 use crate::imported_motion::{folder, import};
 use clangor_core::body::{Body, BodyId};
 use clangor_core::contact::PoseHistory;
@@ -11,7 +12,6 @@ use clangor_core::contact::force_stream::{StreamSettings, StreamedForce, force_s
 use clangor_core::timeline::{ContactKind, ContactRow, Timeline};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
-use clangor_pipeline::stages::load::load_scene;
 use glam::{DQuat, DVec3};
 
 const G: f64 = 9.80665;
@@ -316,11 +316,11 @@ fn property_a_force_that_changes_is_heard() {
 /// Thirty boxes that land on each other and come to rest, searched in parts as a long table is.
 #[test]
 fn property_parts_of_a_recording_give_the_rows_of_one_piece() {
-    let boxes = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded_boxes");
-    let loaded = load_scene(&boxes.join("boxes.toml"), &|_| ()).unwrap();
+    let loaded = boxes::scene();
     let folder = tempfile::tempdir().unwrap();
+    let table = boxes::poses(&loaded, 4, folder.path());
     let log = |part_length: f64| {
-        let (poses, part_length) = (vec![boxes.join("poses.parquet")], Some(part_length));
+        let (poses, part_length) = (vec![table.clone()], Some(part_length));
         let files = MotionFiles { poses, z_up: true, part_length, raw_log: true, ..MotionFiles::default() };
         let out = folder.path().join("out.timeline");
         import_motion(&loaded, &files, &out, true).unwrap();

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::boxes;
 use crate::imported_motion::{folder, import};
 use crate::parquet_columns::write_alike;
 use clangor_core::timeline::Timeline;
@@ -41,7 +42,8 @@ const G: f64 = 9.80665;
 
 /// Imports one table in parts of a length \[s\].
 fn in_parts(loaded: &LoadedScene, poses: PathBuf, part_length: f64, out: &Path) -> (MotionSummary, Timeline) {
-    let z_up = poses.extension().is_some_and(|ending| ending == "parquet");
+    // The recorded boxes are the only ones with z up.
+    let z_up = loaded.path == boxes::folder().join("boxes.toml");
     let part_length = Some(part_length);
     let files = MotionFiles { poses: vec![poses], z_up, part_length, ..MotionFiles::default() };
     let summary = import_motion(loaded, &files, out, true).unwrap();
@@ -51,14 +53,14 @@ fn in_parts(loaded: &LoadedScene, poses: PathBuf, part_length: f64, out: &Path) 
 #[test]
 fn property_parts_of_any_length_give_the_impacts_of_one_piece() {
     // Thirty boxes that pile up: impacts at all times, and bodies that touch.
-    let boxes = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded_boxes");
-    let loaded = load_scene(&boxes.join("boxes.toml"), &|_| ()).unwrap();
+    let loaded = boxes::scene();
     let folder = tempfile::tempdir().unwrap();
+    let table = boxes::poses(&loaded, 4, folder.path());
     let out = folder.path().join("out.timeline");
-    let whole = in_parts(&loaded, boxes.join("poses.parquet"), 1e6, &out);
+    let whole = in_parts(&loaded, table.clone(), 1e6, &out);
     assert!(whole.0.found.as_ref().unwrap().confidence.len() > 300);
     for length in [0.52, 0.61, 0.83, 1.3] {
-        let parts = in_parts(&loaded, boxes.join("poses.parquet"), length, &out);
+        let parts = in_parts(&loaded, table.clone(), length, &out);
         assert_eq!(parts.0, whole.0, "parts of {length} s");
         assert!(parts.1 == whole.1, "parts of {length} s");
     }

@@ -1,5 +1,8 @@
 //! Properties: invariants that hold for any input.
 
+#[expect(dead_code, reason = "parts of it are for other tests")]
+#[path = "../recorded_boxes/mod.rs"]
+mod boxes;
 #[path = "../imported_motion/mod.rs"]
 mod imported_motion;
 #[expect(dead_code, reason = "parts of it are for other tests")]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::models::{DeviceArgument, ModelArguments};
-use super::values::positive;
+use super::values::{length_unit, positive};
 
 #[derive(Args)]
 pub(crate) struct Import {
@@ -68,8 +68,9 @@ pub(crate) struct RecordedMotion {
     /// Axis that points up in tables of poses and contact lists; glTF always has y
     #[arg(long, value_enum, default_value = "y")]
     pub(crate) up: UpAxis,
-    /// Metres per unit of length in all files: 0.01 for centimetres, 0.001 for millimetres. Impulses stay in N s
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = positive)]
+    /// Metres per unit of length in all files: 0.01 for centimetres, 0.001 for millimetres. Impulses and
+    /// couples of contact lists stay in N s and N m s
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = length_unit)]
     pub(crate) scale: f64,
     /// Write a row for each point of lasting contact in each frame, as with `rolling = true` in the scene
     #[arg(long)]
@@ -134,7 +135,8 @@ pub(crate) enum ExportFormat {
 
 #[derive(Args)]
 pub(crate) struct Inspect {
-    /// A timeline folder, a WAV file, a sound model, a soundbank, a mesh, a shape or a scene
+    /// A timeline folder, a WAV file, a sound model, a soundbank, a mesh, an animated glTF file, a shape or a
+    /// scene
     pub(crate) file: PathBuf,
     /// Material preset of a mesh or a shape, for its mass and its modes
     #[arg(long, value_name = "NAME")]

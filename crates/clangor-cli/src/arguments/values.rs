@@ -48,6 +48,11 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be greater than 0".into()) })
 }
 
+/// Metres per unit of length.
+pub(super) fn length_unit(text: &str) -> Result<f64, String> {
+    between(text, 1e-6, 1e6, "m")
+}
+
 /// The bounds of the scene format hold on the command line too.
 fn between(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
     finite(text).and_then(|n| match (low..=high).contains(&n) {

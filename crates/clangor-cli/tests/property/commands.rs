@@ -188,6 +188,8 @@ fn every_result_is_one_json_object() {
         (&["import", "contacts", "scene.toml", "list.csv", "-o", "list.timeline"], "contact_rows"),
         (&["export", "gltf", "scene.toml", "-o", "scene.glb"], "nodes"),
         (&["export", "gltf", "run.timeline", "-o", "run.glb"], "nodes"),
+        (&["inspect", "run.glb"], "nodes"),
+        (&["inspect", "run.glb", "--material", "steel"], "volume_m3"),
     ];
     for (arguments, key) in commands {
         let text = clangor(folder.path(), &[arguments, ["--json"].as_slice()].concat());
@@ -195,6 +197,12 @@ fn every_result_is_one_json_object() {
             serde_json::from_str(&text).unwrap_or_else(|e| panic!("{arguments:?}: {e}: {text}"));
         assert!(value.get(key).is_some(), "{arguments:?}: no {key} in {text}");
     }
+    let inspected = clangor(folder.path(), &["inspect", "run.glb"]);
+    let node = "node \"ball\": ";
+    assert!(
+        inspected.contains(node) && inspected.contains("material steel, 7 frames, 120.0 per second"),
+        "{inspected}"
+    );
     for name in ["scene.glb", "run.glb"] {
         let bytes = fs::read(folder.path().join(name)).unwrap();
         assert_eq!(bytes[..4], *b"glTF");

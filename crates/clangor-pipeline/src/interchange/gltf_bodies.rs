@@ -73,19 +73,21 @@ pub(super) fn add_nodes(
             adder.added.faults.push(fault);
         }
     }
-    let Adder { added, notices, world, .. } = adder;
-    notices.extend(large(world, &added.recorded));
+    let Adder { added, notices, world, in_scene, .. } = adder;
+    notices.extend(large(world, &in_scene, &added.recorded));
     added
 }
 
-/// A notice of moved bodies none of which is as small as what is usually heard.
-fn large(world: &World, recorded: &[RecordedBody]) -> Option<String> {
-    let diameter = |body: &RecordedBody| 2.0 * world.bodies[body.body.index()].surface.bounding_radius();
-    let smallest = recorded.iter().map(diameter).fold(f64::INFINITY, f64::min);
+/// A notice of moved bodies of the file none of which is as small as what is usually heard.
+fn large(world: &World, in_scene: &BTreeMap<String, usize>, recorded: &[RecordedBody]) -> Option<String> {
+    let bodies = recorded.iter().map(|body| &world.bodies[body.body.index()]);
+    let of_file = bodies.filter(|body| !in_scene.contains_key(&body.name));
+    let diameter = |body: &Body| 2.0 * body.surface.bounding_radius();
+    let smallest = of_file.map(diameter).fold(f64::INFINITY, f64::min);
     (smallest > LARGE && smallest.is_finite()).then(|| {
         format!(
-            "the smallest body that moves is {smallest:.1} m across; if the file is in centimetres, import \
-             it with --scale 0.01"
+            "the smallest body that moves is {smallest:.1} m across; a file in centimetres needs \
+             --scale 0.01"
         )
     })
 }

@@ -46,7 +46,8 @@ pub struct MotionFiles {
     pub contacts: Vec<PathBuf>,
     /// Whether the tables of poses and the contact lists have z up.
     pub z_up: bool,
-    /// Unit of length of all files: of meshes, poses, and the points and speeds of contact lists.
+    /// Unit of length of all files: of the meshes, poses and inertia of glTF, of tables, and of the points,
+    /// depths and speeds of contact lists, whose impulses and couples stay in N s and N m s.
     pub unit: LengthUnit,
     /// Length of the parts in which a table is searched that is read as a stream \[s\]; by default that of
     /// half a million poses. The result does not depend on it.

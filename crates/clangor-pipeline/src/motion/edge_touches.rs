@@ -23,6 +23,8 @@ const SHARP: f64 = 0.94;
 const MOST_EDGES: usize = 1000;
 /// Sine of the angle between two edges up to which they are parallel, and touch in a line.
 const PARALLEL: f64 = 0.1;
+/// Distance of two crossings that are one, over the largest gap.
+const SAME_POINT: f64 = 1e-3;
 /// Negative share of a face's normal in n that is rounding.
 const ROUNDING: f64 = 1e-6;
 
@@ -61,6 +63,9 @@ pub(super) fn sharp_edges(mesh: &TriMesh) -> Vec<SharpEdge> {
 
 /// Crossings of sharp edges of two surfaces with a gap or an overlap of at most `within` \[m\].
 pub(super) fn edge_touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
+    if a.sampled.edges.is_empty() || b.sampled.edges.is_empty() {
+        return Vec::new();
+    }
     let near = |own: Placed<'_>, other: Placed<'_>| -> Vec<SharpEdge> {
         let centre = own.pose.body_from_world(other.pose.position);
         let reach = other.sampled.radius + within;
@@ -69,8 +74,15 @@ pub(super) fn edge_touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Tou
         edges.filter(is_near).map(|edge| edge.placed(own)).collect()
     };
     let (ours, theirs) = (near(a, b), near(b, a));
-    let pairs = ours.iter().flat_map(|one| theirs.iter().map(move |two| (one, two)));
-    pairs.filter_map(|(one, two)| crossing(one, two, within)).collect()
+    let mut found: Vec<Touch> = Vec::new();
+    for (one, two) in ours.iter().flat_map(|one| theirs.iter().map(move |two| (one, two))) {
+        let Some(touch) = crossing(one, two, within) else { continue };
+        // At a vertex that divides an edge, both parts of it cross the other.
+        if !found.iter().any(|known| known.point.distance(touch.point) < SAME_POINT * within) {
+            found.push(touch);
+        }
+    }
+    found
 }
 
 impl SharpEdge {
@@ -108,7 +120,7 @@ fn crossing(one: &SharpEdge, two: &SharpEdge, within: f64) -> Option<Touch> {
     // The points of both lines that are nearest to each other, in halves of the edges from the middles.
     let (s, t) =
         ((uv * apart.dot(v) - vv * apart.dot(u)) / square, (uu * apart.dot(v) - uv * apart.dot(u)) / square);
-    if s.abs() >= 1.0 || t.abs() >= 1.0 {
+    if s.abs() > 1.0 || t.abs() > 1.0 {
         return None;
     }
     let axis = across / square.sqrt();
@@ -138,15 +150,16 @@ mod tests {
         assert!(sampled.edges.len().is_multiple_of(12), "{}", sampled.edges.len());
         let on_edge = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_4);
         let across = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2) * on_edge;
-        for gap in [1e-4, -1e-4] {
+        // Also at the middle of both edges, where vertices divide them.
+        for (gap, along) in [(1e-4, 0.02), (-1e-4, 0.02), (1e-4, 0.0)] {
             let height = 0.1 * std::f64::consts::SQRT_2 + gap;
-            let upper = Pose { position: DVec3::new(0.01, height, 0.02), orientation: across };
+            let upper = Pose { position: DVec3::new(0.01, height, along), orientation: across };
             let lower = Pose { position: DVec3::ZERO, orientation: on_edge };
             let [upper, lower] = [upper, lower].map(|pose| Placed { sampled: &sampled, pose });
             let found = edge_touches(upper, lower, 2e-4);
             // Seen: one touch, within 2e-17 m.
             assert_eq!(found.len(), 1, "{found:?}");
-            let place = DVec3::new(0.0, 0.05 * std::f64::consts::SQRT_2 + 0.5 * gap, 0.02);
+            let place = DVec3::new(0.0, 0.05 * std::f64::consts::SQRT_2 + 0.5 * gap, along);
             assert!(found[0].point.distance(place) < 1e-12, "{found:?}");
             assert!(found[0].normal.distance(DVec3::Y) < 1e-12, "{found:?}");
             assert!((found[0].gap - gap).abs() < 1e-12, "{found:?}");

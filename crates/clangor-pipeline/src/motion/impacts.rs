@@ -243,7 +243,8 @@ impl<'a> Scene<'a> {
         // Where two impacts share a frame, the instant is uncertain by one.
         let elsewhere = WIDER.into_iter().flat_map(|factor| ELSEWHERE.map(|part| (factor, part)));
         for (factor, part) in here.into_iter().chain(elsewhere) {
-            if part != 0.0 && best.is_some() {
+            // The instant of a body with one impact alone is exact.
+            if part != 0.0 && (best.is_some() || search == Search::Clean) {
                 break;
             }
             let instant = (time + part * span).max(0.0);
@@ -276,8 +277,11 @@ impl<'a> Scene<'a> {
         let mut next = 0;
         while next < members.len() {
             let one = members[next];
-            let is_mixed = search == Search::Clean && next > 0 && one.is_mixed();
-            if one.fit.inverse_mass <= 0.0 || is_mixed {
+            let goes_on = |place: usize, member: &Member| {
+                let is_end = search == Search::Clean && place > 0 && member.is_mixed();
+                member.fit.inverse_mass > 0.0 && !is_end
+            };
+            if !goes_on(next, &one) {
                 next += 1;
                 continue;
             }
@@ -288,7 +292,7 @@ impl<'a> Scene<'a> {
             for other in others.filter(|id| *id != one.body && !self.move_as_one(one.body, *id)) {
                 let place = members.iter().position(|member| member.body == other);
                 // A pair is searched once, from the member that came first.
-                if place.is_some_and(|place| place < next && members[place].fit.inverse_mass > 0.0) {
+                if place.is_some_and(|place| place < next && goes_on(place, &members[place])) {
                     continue;
                 }
                 if place.is_none() && !self.may_meet(&one, other, time) {
@@ -322,7 +326,10 @@ impl<'a> Scene<'a> {
             return None;
         }
         let weighted = |member: &Member| match search == Search::Clean && member.is_mixed() {
-            true => member.fit.weighted(MIXED),
+            // In the measure of the clean body, a light one counts less for the same jump.
+            true => {
+                member.fit.weighted(MIXED * (members[0].fit.inverse_mass / member.fit.inverse_mass).min(1.0))
+            }
             false => member.fit,
         };
         let bodies: Vec<FitBody> = members.iter().map(weighted).collect();
@@ -434,8 +441,12 @@ fn small_jumps(kinematics: &Kinematics<'_>, time: f64) -> (DVec3, DVec3) {
     let gravity = kinematics.inertia.gravity;
     let frames = || index..=index + 1;
     let velocity = |k: usize| {
-        let jump = kinematics.left[k];
-        if held(&k) { jump.velocity + gravity * jump.span } else { jump.velocity }
+        let (jump, whole) = (kinematics.left[k], kinematics.jumps[k]);
+        if held(&k) && jump.velocity == whole.velocity {
+            jump.velocity + gravity * jump.span
+        } else {
+            jump.velocity
+        }
     };
     (frames().map(velocity).sum(), frames().map(|k| kinematics.left[k].angular_momentum).sum())
 }

@@ -22,9 +22,10 @@ const SWEEPS: usize = 300;
 /// Share of the energy of the jumps that another point must explain: less is the noise of the motion, which
 /// many points would share.
 const LEAST_GAIN: f64 = 0.005;
-/// Unexplained share from which points are exchanged, and most rounds in which each point is.
+/// Unexplained share from which points are exchanged, most rounds in which each point is, and most points.
 const WORTH_EXCHANGE: f64 = 0.005;
 const EXCHANGES: usize = 3;
+const MOST_EXCHANGED: usize = 20;
 /// Change of the impulses in a sweep, relative to the largest, at which the fit ends.
 const CONVERGED: f64 = 1e-7;
 
@@ -113,7 +114,8 @@ pub(super) fn fit_impulses(bodies: &[FitBody], contacts: &[FitContact]) -> Fit {
     let rest = |left: &[FitBody]| left.iter().map(energy).sum::<f64>();
     let mut state = (left, impulses, chosen);
     for _ in 0..EXCHANGES {
-        if rest(&state.0) <= WORTH_EXCHANGE * whole || !exchange(bodies, contacts, &inverse, &mut state) {
+        let is_worth = rest(&state.0) > WORTH_EXCHANGE * whole && state.2.len() <= MOST_EXCHANGED;
+        if !is_worth || !exchange(contacts, &inverse, &mut state) {
             break;
         }
     }
@@ -125,7 +127,7 @@ pub(super) fn fit_impulses(bodies: &[FitBody], contacts: &[FitContact]) -> Fit {
 type State = (Vec<FitBody>, Vec<DVec3>, Vec<usize>);
 
 /// Exchanges each chosen point for the one of the same bodies that leaves least; whether any was.
-fn exchange(bodies: &[FitBody], contacts: &[FitContact], inverse: &[DMat3], state: &mut State) -> bool {
+fn exchange(contacts: &[FitContact], inverse: &[DMat3], state: &mut State) -> bool {
     let rest = |left: &[FitBody]| left.iter().map(energy).sum::<f64>();
     let mut is_changed = false;
     for place in 0..state.2.len() {
@@ -134,9 +136,10 @@ fn exchange(bodies: &[FitBody], contacts: &[FitContact], inverse: &[DMat3], stat
             if contacts[other].bodies != pair || inverse[other] == DMat3::ZERO || state.2.contains(&other) {
                 continue;
             }
-            let mut chosen = state.2.clone();
+            let (mut left, mut impulses, mut chosen) = state.clone();
+            let known = std::mem::replace(&mut impulses[chosen[place]], DVec3::ZERO);
+            take(&mut left, &contacts[chosen[place]], -known);
             chosen[place] = other;
-            let (mut left, mut impulses) = (bodies.to_vec(), vec![DVec3::ZERO; contacts.len()]);
             sweep(&mut left, contacts, inverse, &chosen, &mut impulses);
             if rest(&left) < (1.0 - LEAST_GAIN) * rest(&state.0) {
                 *state = (left, impulses, chosen);
@@ -181,12 +184,7 @@ fn sweep(
             let target = impulses[k] + inverse[k] * relative_velocity(left, contact);
             let next = within_cone(target, contact.normal, contact.friction);
             let step = next - impulses[k];
-            for (i, sign) in [(0, 1.0), (1, -1.0)] {
-                let body = &mut left[contact.bodies[i]];
-                let arm = contact.point - body.centre;
-                body.velocity -= step * (sign * body.inverse_mass);
-                body.angular_velocity -= body.inverse_inertia * arm.cross(step) * sign;
-            }
+            take(left, contact, step);
             impulses[k] = next;
             change = change.max(step.length());
             largest = largest.max(next.length());
@@ -194,6 +192,16 @@ fn sweep(
         if change <= CONVERGED * largest {
             break;
         }
+    }
+}
+
+/// Takes an impulse of a contact from what is left of the jumps.
+fn take(left: &mut [FitBody], contact: &FitContact, impulse: DVec3) {
+    for (place, sign) in contact.bodies.into_iter().zip([1.0, -1.0]) {
+        let body = &mut left[place];
+        let arm = contact.point - body.centre;
+        body.velocity -= impulse * (sign * body.inverse_mass);
+        body.angular_velocity -= body.inverse_inertia * arm.cross(impulse) * sign;
     }
 }
 

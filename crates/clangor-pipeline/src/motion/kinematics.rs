@@ -149,11 +149,18 @@ impl<'a> Kinematics<'a> {
     pub(super) fn explain(&mut self, time: f64, (velocity, angular_momentum): (DVec3, DVec3)) {
         let Some(index) = self.interval_at(time).filter(|_| self.is_recorded_at(time)) else { return };
         let part = (time - self.frames[index].time) / self.intervals[index].length;
+        let rest = |jump: &Jump, share: f64| {
+            (jump.velocity - velocity * share, jump.angular_momentum - angular_momentum * share)
+        };
+        if index == 0 {
+            let Jump { span, .. } = self.release;
+            let orientation = self.frames[0].pose.orientation;
+            self.release = self.inertia.jump(rest(&self.release, 1.0 - part), orientation, span);
+        }
         for (k, share) in [(index, 1.0 - part), (index + 1, part)] {
             if k > 0 && k + 1 < self.frames.len() {
-                let Jump { velocity: v, angular_momentum: l, span, .. } = self.left[k];
-                let rest = (v - velocity * share, l - angular_momentum * share);
-                self.left[k] = self.inertia.jump(rest, self.frames[k].pose.orientation, span);
+                let orientation = self.frames[k].pose.orientation;
+                self.left[k] = self.inertia.jump(rest(&self.left[k], share), orientation, self.left[k].span);
             }
         }
     }

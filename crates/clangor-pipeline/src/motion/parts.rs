@@ -6,8 +6,9 @@
 //! joined                                                   ^ where both parts found the same
 //! ```
 //!
-//! The search is local in time: its thresholds look at five frames on both sides, and an impact takes jumps
-//! within two frames. What two parts find in their overlap is therefore the same, but for their ends. They
+//! The search is local in time: its thresholds look at five frames on both sides, an impact takes jumps
+//! within two frames, and each of the few rounds that begin with clean impacts sees what the one before left.
+//! What two parts find in their overlap is therefore the same, but for their ends. They
 //! are joined at the middle of the overlap if they agree in its inner half, otherwise where they agree
 //! nearest to it. Impacts are then those of a search in the whole recording, which tests compare row by
 //! row; the search itself does not prove it, and counts the joints at which the parts did not agree.

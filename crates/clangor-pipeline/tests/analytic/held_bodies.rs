@@ -99,3 +99,36 @@ fn analytic_parts_of_one_thing_do_not_hit_each_other() {
     let found = find_impacts(&world, &apart, 0.05);
     assert!(found.contacts.len() + found.untouched.len() > 0);
 }
+
+/// A ball hits the head of a falling hammer in line with its centre: one impact, between what the head alone
+/// and what the ball need.
+#[test]
+fn analytic_a_ball_hits_a_part_of_a_thing_once() {
+    let (head, handle) = (block("0.03x0.03x0.08"), block("0.2x0.02x0.02"));
+    let ball = Body::sphere("ball", presets::STEEL.material(), 0.01);
+    let whole = head.mass + handle.mass;
+    let world = world(vec![head.clone(), handle, ball.clone()]);
+    let speed = 1.5 * ball.mass / (ball.mass + whole);
+    for rate in RATES {
+        let moves = |at: DVec3, before: f64, after: f64| {
+            move |t: f64| {
+                let since = t - 0.2567;
+                let way = since * if since < 0.0 { before } else { after };
+                Pose::at(at + DVec3::new(way, 2.0 - 0.5 * G * t * t, 0.0))
+            }
+        };
+        let recorded = [
+            sampled(0, rate, Some(0), moves(DVec3::ZERO, 0.0, speed)),
+            sampled(1, rate, Some(0), moves(DVec3::new(0.11, 0.0, 0.0), 0.0, speed)),
+            sampled(2, rate, None, moves(DVec3::new(-0.025, 0.0, 0.0), 1.0, 1.0 - whole * speed / ball.mass)),
+        ];
+        let found = find_impacts(&world, &recorded, 0.05);
+        let rows = impacts(&found.contacts);
+        let impulse: f64 = rows.iter().map(|row| row.impulse_n).sum();
+        println!("{rate} Hz: {} rows, {:.3} of the ball's", rows.len(), impulse / (whole * speed));
+        assert_eq!(found.confidence.len(), 1, "{rate} Hz: {rows:?}");
+        assert!(found.untouched.is_empty(), "{rate} Hz: {:?}", found.untouched);
+        // Seen: 0.971 of the ball's, at all rates.
+        assert!((head.mass * speed..=whole * speed).contains(&impulse), "{rate} Hz: {impulse}");
+    }
+}

@@ -126,13 +126,13 @@ fn score(loaded: &LoadedScene, poses: PathBuf, rate: f64) -> Score {
 fn cross_impacts_of_thirty_boxes_are_found_in_their_poses() {
     let loaded = boxes::scene();
     let folder = tempfile::tempdir().unwrap();
-    // Energy, energy shared, precision, precision shared, within 20 %.
-    // Seen: 0.9995, 0.9998, 0.978, 0.982, 0.768; 0.9911, 0.9989, 0.886, 0.978, 0.486; 0.935, 0.991, 0.975,
+    // Recall, energy, energy shared, precision, precision shared, within 20 %.
+    // Seen: 0.982, 0.9995, 0.9998, 0.978, 0.982, 0.768; 0.928, 0.9911, 0.9989, 0.886, 0.978, 0.486; 0.553, 0.935, 0.991, 0.975,
     // 0.982, 0.256. The strongest impact of each body in each frame of 62.5 Hz has 0.91 to 0.92 of the energy.
     let cases = [
-        (1, [0.99, 0.99, 0.95, 0.95, 0.74]),
-        (4, [0.985, 0.99, 0.86, 0.95, 0.44]),
-        (16, [0.90, 0.95, 0.93, 0.95, 0.20]),
+        (1, [0.97, 0.998, 0.99, 0.95, 0.95, 0.74]),
+        (4, [0.90, 0.985, 0.99, 0.86, 0.95, 0.44]),
+        (16, [0.50, 0.90, 0.95, 0.93, 0.95, 0.20]),
     ];
     for (every, least) in cases {
         let rate = f64::from(boxes::RATE) / every as f64;
@@ -142,7 +142,7 @@ fn cross_impacts_of_thirty_boxes_are_found_in_their_poses() {
             "{rate} Hz: found {recall:.3}, energy {energy:.4} ({energy_shared:.4} where impacts share one), \
              right {precision:.3} ({precision_shared:.3}), within 20 % {near:.3}"
         );
-        let seen = [energy, energy_shared, precision, precision_shared, near];
+        let seen = [recall, energy, energy_shared, precision, precision_shared, near];
         for (seen, least) in seen.into_iter().zip(least) {
             assert!(seen > least, "{seen} for {least} at {rate} Hz");
         }

@@ -16,7 +16,7 @@ pub(super) fn read(path: &Path, scale: f64) -> Option<GltfMotion> {
     if !matches!(ending.as_str(), "gltf" | "glb") {
         return None;
     }
-    // What is no glTF file is told where its surface is read.
+    // Other files are reported where the surface is read.
     read_gltf_motion(path, &[], LengthUnit { metres: scale }).ok().filter(|motion| motion.has_animation)
 }
 

@@ -19,11 +19,11 @@ impl FileFrame {
     }
 
     /// Whether files are in metres with y up.
-    pub(super) fn is_ours(self) -> bool {
+    pub(super) fn is_identity(self) -> bool {
         self.turn == DQuat::IDENTITY && self.metres == 1.0
     }
 
-    /// A direction, or a vector that has no length in it.
+    /// A direction, an impulse [N s] or a couple [N m s].
     pub(super) fn direction(self, vector: DVec3) -> DVec3 {
         self.turn * vector
     }

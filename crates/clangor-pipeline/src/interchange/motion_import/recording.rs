@@ -240,7 +240,7 @@ impl FramesOfTable {
     /// Turns one frame. The axes of the body stay those of its file.
     pub(super) fn place(&self, body: BodyId, frame: &mut Frame) {
         let centre = self.centres[body.index()].unwrap_or(DVec3::ZERO);
-        if centre == DVec3::ZERO && self.file.is_ours() {
+        if centre == DVec3::ZERO && self.file.is_identity() {
             return;
         }
         let Pose { position, orientation } = frame.pose;

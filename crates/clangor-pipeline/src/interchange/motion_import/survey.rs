@@ -19,7 +19,7 @@ use crate::stages::load::LoadedScene;
 pub(super) const KEPT: usize = 8;
 /// Most rows of a stream, which needs no memory for them: an hour of 1000 bodies at 1000 Hz.
 pub(super) const MOST_STREAMED: u64 = 4_000_000_000;
-/// Poses of a part: a part takes 215 bytes for each.
+/// Poses of a part: a part takes 280 bytes for each.
 const PART_POSES: f64 = 500_000.0;
 /// Shortest recording of which a rate is computed \[s\].
 const SHORTEST: f64 = 1e-3;

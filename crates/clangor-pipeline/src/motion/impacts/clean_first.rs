@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use super::{Event, Scene, Search};
+use super::{Event, Member, Scene, Search};
 use crate::motion::recording::RecordedBody;
 
 /// Most rounds. Each may set free the neighbours in time of the ones before.
@@ -36,9 +36,11 @@ impl Scene<'_> {
                 if done[index] || !windows[index].is_clean || self.is_at_end(&windows[index]) {
                     continue;
                 }
+                let mut done_with = done.clone();
+                let event = self.event(&windows, index, &mut done_with, Search::Clean);
                 done[index] = true;
-                let event = self.event(&windows, index, &mut done, Search::Clean);
-                if let Some(event) = event.filter(|event| event.residual < EXPLAINED) {
+                if let Some(event) = event.filter(|event| self.is_explained(event)) {
+                    done.clone_from(&done_with);
                     self.explain(&event);
                     events.push(event);
                 }
@@ -48,6 +50,17 @@ impl Scene<'_> {
             }
         }
         events
+    }
+
+    /// Whether an event explains its jumps, and what is left of them can be told. That of a part is shared by
+    /// the whole.
+    fn is_explained(&self, event: &Event) -> bool {
+        let is_part = |member: &Member| {
+            let group = self.groups[member.body.index()];
+            group.is_some() && self.groups.iter().filter(|other| **other == group).count() > 1
+        };
+        let is_shared = event.members.iter().any(|member| member.window.is_some() && is_part(member));
+        event.residual < EXPLAINED && !is_shared
     }
 
     /// Takes the impulses of an event from what is left of the jumps of its bodies.

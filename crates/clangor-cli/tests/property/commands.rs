@@ -189,7 +189,6 @@ fn every_result_is_one_json_object() {
         (&["export", "gltf", "scene.toml", "-o", "scene.glb"], "nodes"),
         (&["export", "gltf", "run.timeline", "-o", "run.glb"], "nodes"),
         (&["inspect", "run.glb"], "nodes"),
-        (&["inspect", "run.glb", "--material", "steel"], "volume_m3"),
     ];
     for (arguments, key) in commands {
         let text = clangor(folder.path(), &[arguments, ["--json"].as_slice()].concat());

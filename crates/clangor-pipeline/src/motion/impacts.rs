@@ -10,6 +10,7 @@
 
 mod clean_first;
 mod event_rows;
+mod flat_impacts;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -81,12 +82,13 @@ pub(super) fn find_impacts_in_noise(
         }
         done[index] = true;
         let is_at_end = scene.is_at_end(&windows[index]);
-        let event = scene.event(&windows, index, &mut done, Search::All);
+        let event = scene.event(&windows, index, &done, Search::All);
+        event.iter().flat_map(|(_, used)| used).for_each(|index| done[*index] = true);
         match event {
             // A body in flight or on its way along a floor does not stop because its keys end.
-            Some(event) if is_at_end && event.residual > POOR => {}
+            Some((event, _)) if is_at_end && event.residual > POOR => {}
             None if is_at_end => {}
-            Some(event) => events.push(event),
+            Some((event, _)) => events.push(event),
             None => found.untouched.push((windows[index].body, windows[index].time)),
         }
     }
@@ -229,14 +231,14 @@ impl<'a> Scene<'a> {
         windows
     }
 
-    /// The event of a window, with those of other bodies that belong to it, which are then done.
+    /// The event of a window, and the windows of other bodies that belong to it, of those not yet done.
     fn event(
         &self,
         windows: &[JumpWindow],
         first: usize,
-        done: &mut [bool],
+        done: &[bool],
         search: Search,
-    ) -> Option<Event> {
+    ) -> Option<(Event, Vec<usize>)> {
         let mut best: Option<(Event, Vec<usize>)> = None;
         let JumpWindow { time, span, .. } = windows[first];
         let here = WIDER.map(|factor| (factor, 0.0));
@@ -258,10 +260,9 @@ impl<'a> Scene<'a> {
                 break;
             }
         }
-        let (event, used) = best?;
-        let is_explained = |index: &usize| search == Search::All || windows[*index].is_clean;
-        used.into_iter().filter(is_explained).for_each(|index| done[index] = true);
-        Some(event)
+        let (mut event, used) = best?;
+        event.share(search);
+        Some((event, used))
     }
 
     fn event_within(
@@ -325,14 +326,7 @@ impl<'a> Scene<'a> {
         if points.is_empty() {
             return None;
         }
-        let weighted = |member: &Member| match search == Search::Clean && member.is_mixed() {
-            // In the measure of the clean body, a light one counts less for the same jump.
-            true => {
-                member.fit.weighted(MIXED * (members[0].fit.inverse_mass / member.fit.inverse_mass).min(1.0))
-            }
-            false => member.fit,
-        };
-        let bodies: Vec<FitBody> = members.iter().map(weighted).collect();
+        let bodies = fit_bodies(&members, search);
         let contacts: Vec<FitContact> = points.iter().map(|(contact, _)| *contact).collect();
         let fit = fit_impulses(&bodies, &contacts);
         Some((Event { time, members, points, impulses: fit.impulses, residual: fit.residual }, used))
@@ -423,6 +417,19 @@ impl<'a> Scene<'a> {
         let within = factor * (share * size + way * speed * span + least);
         touches(one, two, within.min(WIDEST * size))
     }
+}
+
+/// Bodies as they are fitted: what is mixed counts less beside the clean first one, and the less the lighter
+/// it is, whose jump is greater for the same impulse.
+fn fit_bodies(members: &[Member], search: Search) -> Vec<FitBody> {
+    let weighted = |member: &Member| {
+        let ratio = members[0].fit.inverse_mass / member.fit.inverse_mass;
+        match search == Search::Clean && member.is_mixed() {
+            true => member.fit.weighted(MIXED * ratio.min(1.0)),
+            false => member.fit,
+        }
+    };
+    members.iter().map(weighted).collect()
 }
 
 /// A body without frames: by its keyframes, or where it stands.

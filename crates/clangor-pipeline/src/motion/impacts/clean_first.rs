@@ -14,7 +14,7 @@ use glam::DVec3;
 use super::{Event, Member, Scene, Search};
 use crate::motion::recording::RecordedBody;
 
-/// Most rounds. Each may set free the neighbours in time of the ones before.
+/// Most rounds. Each may leave one impact alone where there were several.
 const ROUNDS: usize = 4;
 /// Unexplained share above which an impact waits for the others.
 const EXPLAINED: f64 = 0.05;
@@ -36,11 +36,12 @@ impl Scene<'_> {
                 if done[index] || !windows[index].is_clean || self.is_at_end(&windows[index]) {
                     continue;
                 }
-                let mut done_with = done.clone();
-                let event = self.event(&windows, index, &mut done_with, Search::Clean);
                 done[index] = true;
-                if let Some(event) = event.filter(|event| self.is_explained(event)) {
-                    done.clone_from(&done_with);
+                let event = self.event(&windows, index, &done, Search::Clean);
+                if let Some((event, used)) = event.filter(|(event, _)| self.is_explained(event)) {
+                    // What is left of the others is another impact.
+                    let is_clean = |index: &usize| windows[*index].is_clean;
+                    used.into_iter().filter(is_clean).for_each(|index| done[index] = true);
                     self.explain(&event);
                     events.push(event);
                 }

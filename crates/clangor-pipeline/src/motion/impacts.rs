@@ -3,7 +3,7 @@
 //! Each jump of a body ([`jump_windows`](super)) is held against the surfaces around it at its instant.
 //! Bodies that touch and jump together are one event, and the impulses at all of its points are those that
 //! explain the jumps best. A body that does not jump, a plane, and a body that nothing moves take what is
-//! left. Bodies that have one impact alone come first ([`clean_first`]).
+//! left. Bodies that have one impact alone come first (`clean_first`).
 //!
 //! The confidence of an impact is the explained share of the energy of the jumps of its event. Approaches
 //! below the threshold of sound, and those of a body that a support holds, are rows of lasting contact.
@@ -261,7 +261,7 @@ impl<'a> Scene<'a> {
             }
         }
         let (mut event, used) = best?;
-        event.share(search);
+        event.share(search, span);
         Some((event, used))
     }
 

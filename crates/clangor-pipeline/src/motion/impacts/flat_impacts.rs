@@ -1,14 +1,15 @@
-//! Impacts of faces, rims and edges that land flat: all points that touch within the time of a blow share it.
+//! Impacts of faces, rims and edges that land flat: all points that touch at the same time share the impulse.
 //!
 //! A fit takes as few points as explain the jumps, and for a cup that lands on its foot that is one in the
 //! middle. Where others touch at the same time,
 //!
 //! ```text
-//! gap ≤ gap of the fitted points + |v·n| τ + 2 µm        τ = 50 µs
+//! gap ≤ gap of the fitted points + |v·n| τ + 2 µm        τ = 2 µs
 //! ```
 //!
 //! the impulses are those of least Σ jᵀ K j that explain as much ([`lasting_fit`](crate::motion)), which
-//! excite other modes. It is not the distribution of the real pressure, which poses do not tell.
+//! excite other modes. Frames that are too long to tell which points touch at the same time (below 600 Hz)
+//! keep the fewest. It is not the distribution of the real pressure, which poses do not tell.
 
 use std::ops::Range;
 
@@ -16,16 +17,22 @@ use super::{Event, Search, fit_bodies};
 use crate::motion::impulse_fit::FitContact;
 use crate::motion::lasting_fit::{FitPair, share_load};
 
-/// Time within which points touch together \[s\]: a part of the duration of a contact.
-const BLOW: f64 = 5e-5;
+/// Time within which points touch together \[s\]. A coin that lands a little tilted has one point.
+const BLOW: f64 = 2e-6;
+/// Longest frame that shows which points touch at the same time \[s\]: 600 Hz.
+const LONGEST: f64 = 1.0 / 600.0;
 /// Difference of gaps that is rounding of the poses \[m\].
 const ROUNDING: f64 = 2e-6;
 /// Share of the energy of the jumps that may be explained less.
 const AS_MUCH: f64 = 0.005;
 
 impl Event {
-    /// Shares the impulses of each pair of bodies among the points that touch at the same time.
-    pub(super) fn share(&mut self, search: Search) {
+    /// Shares the impulses of each pair of bodies among the points that touch at the same time, if frames of
+    /// this length \[s\] show which do.
+    pub(super) fn share(&mut self, search: Search, span: f64) {
+        if span > LONGEST {
+            return;
+        }
         let mut kept: Vec<usize> = Vec::new();
         let mut pairs: Vec<FitPair> = Vec::new();
         let mut from = 0;

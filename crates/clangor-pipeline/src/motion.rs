@@ -8,6 +8,7 @@
 //! frame |
 //! | `jump_windows` | which jumps belong to one impact, and its instant between two frames |
 //! | `parts_of_one` | the same for a part of a larger thing |
+//! | `touch` | a point where two surfaces touch |
 //! | `touching` | where two surfaces touch, with normal and gap |
 //! | `edge_touches` | where sharp edges of two surfaces cross |
 //! | `impulse_fit` | impulses at given points that explain given jumps |
@@ -35,4 +36,5 @@ pub(crate) mod parts;
 mod parts_of_one;
 mod pose_noise;
 pub mod recording;
+mod touch;
 mod touching;

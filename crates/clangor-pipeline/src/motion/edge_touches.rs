@@ -13,9 +13,10 @@
 use std::collections::BTreeMap;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
-use glam::{DQuat, DVec3};
+use clangor_core::pose::Pose;
+use glam::DVec3;
 
-use super::touching::{Placed, Touch};
+use super::touch::Touch;
 
 /// Cosine of the angle between the normals of two faces up to which their edge is sharp: 20°.
 const SHARP: f64 = 0.94;
@@ -36,6 +37,14 @@ pub(super) struct SharpEdge {
     half: DVec3,
     /// Normals of the two faces.
     normals: [DVec3; 2],
+}
+
+/// The sharp edges of a surface, where it is, and its bounding radius \[m\].
+#[derive(Clone, Copy)]
+pub(super) struct Edges<'a> {
+    pub(super) edges: &'a [SharpEdge],
+    pub(super) pose: Pose,
+    pub(super) radius: f64,
 }
 
 /// The convex edges of a closed mesh; none if they are too many.
@@ -62,16 +71,16 @@ pub(super) fn sharp_edges(mesh: &TriMesh) -> Vec<SharpEdge> {
 }
 
 /// Crossings of sharp edges of two surfaces with a gap or an overlap of at most `within` \[m\].
-pub(super) fn edge_touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
-    if a.sampled.edges.is_empty() || b.sampled.edges.is_empty() {
+pub(super) fn edge_touches(a: Edges<'_>, b: Edges<'_>, within: f64) -> Vec<Touch> {
+    if a.edges.is_empty() || b.edges.is_empty() {
         return Vec::new();
     }
-    let near = |own: Placed<'_>, other: Placed<'_>| -> Vec<SharpEdge> {
+    let near = |own: Edges<'_>, other: Edges<'_>| -> Vec<SharpEdge> {
         let centre = own.pose.body_from_world(other.pose.position);
-        let reach = other.sampled.radius + within;
-        let edges = own.sampled.edges.iter();
+        let reach = other.radius + within;
+        let edges = own.edges.iter();
         let is_near = |edge: &&SharpEdge| edge.middle.distance(centre) < reach + edge.half.length();
-        edges.filter(is_near).map(|edge| edge.placed(own)).collect()
+        edges.filter(is_near).map(|edge| edge.placed(own.pose)).collect()
     };
     let (ours, theirs) = (near(a, b), near(b, a));
     let mut found: Vec<Touch> = Vec::new();
@@ -86,13 +95,11 @@ pub(super) fn edge_touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Tou
 }
 
 impl SharpEdge {
-    fn placed(&self, of: Placed<'_>) -> Self {
-        let turn = |v: DVec3, by: DQuat| by * v;
-        let by = of.pose.orientation;
+    fn placed(&self, pose: Pose) -> Self {
         SharpEdge {
-            middle: of.pose.world_from_body(self.middle),
-            half: turn(self.half, by),
-            normals: self.normals.map(|normal| turn(normal, by)),
+            middle: pose.world_from_body(self.middle),
+            half: pose.orientation * self.half,
+            normals: self.normals.map(|normal| pose.orientation * normal),
         }
     }
 
@@ -132,12 +139,10 @@ fn crossing(one: &SharpEdge, two: &SharpEdge, within: f64) -> Option<Touch> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use clangor_core::pose::Pose;
+    use clangor_core::body::Surface;
     use clangor_core::shape::{Form, Shape};
+    use glam::DQuat;
 
-    use super::super::touching::SampledSurface;
     use super::*;
 
     /// Two cubes of 0.1 m, each on an edge, one above the other with a gap: their edges cross at a right
@@ -145,9 +150,10 @@ mod tests {
     #[test]
     fn edges_of_two_cubes_cross_with_the_normal_between_them() {
         let form = Form::Box { edges: DVec3::splat(0.1) };
-        let surface = Arc::new(Shape::try_new(form, None).unwrap().surface().unwrap().0);
-        let sampled = SampledSurface::new(&surface);
-        assert!(sampled.edges.len().is_multiple_of(12), "{}", sampled.edges.len());
+        let (surface, _) = Shape::try_new(form, None).unwrap().surface().unwrap();
+        let Surface::Mesh(mesh) = &surface else { panic!("a box is a mesh") };
+        let edges = sharp_edges(&mesh.mesh);
+        assert!(edges.len().is_multiple_of(12), "{}", edges.len());
         let on_edge = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_4);
         let across = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2) * on_edge;
         // Also at the middle of both edges, where vertices divide them.
@@ -155,7 +161,8 @@ mod tests {
             let height = 0.1 * std::f64::consts::SQRT_2 + gap;
             let upper = Pose { position: DVec3::new(0.01, height, along), orientation: across };
             let lower = Pose { position: DVec3::ZERO, orientation: on_edge };
-            let [upper, lower] = [upper, lower].map(|pose| Placed { sampled: &sampled, pose });
+            let radius = surface.bounding_radius();
+            let [upper, lower] = [upper, lower].map(|pose| Edges { edges: &edges, pose, radius });
             let found = edge_touches(upper, lower, 2e-4);
             // Seen: one touch, within 2e-17 m.
             assert_eq!(found.len(), 1, "{found:?}");

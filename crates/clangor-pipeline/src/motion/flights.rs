@@ -24,7 +24,8 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::contact_checks::surface_tolerance;
 use super::kinematics::{Inertia, State};
-use super::touching::{Placed, SampledSurface, Touch, touches};
+use super::touch::Touch;
+use super::touching::{Placed, SampledSurface, touches};
 
 /// Largest angle of a step of the rotation \[rad\]: the error of the midpoint rule is of its third power.
 const STEP_ANGLE: f64 = 0.02;

@@ -26,7 +26,8 @@ use super::jump_windows::{JumpWindow, jump_windows};
 use super::kinematics::{Inertia, Kinematics, State};
 use super::parts_of_one::windows_of_part;
 use super::recording::RecordedBody;
-use super::touching::{Placed, SampledSurface, Touch, may_touch, touches};
+use super::touch::Touch;
+use super::touching::{Placed, SampledSurface, may_touch, touches};
 
 /// Gaps that count as touching: a share of the smaller body, a share of the way in a frame, and the digits of
 /// 32-bit files \[m\].

@@ -54,7 +54,7 @@ impl FitBody {
         angular_velocity: DVec3::ZERO,
     };
 
-    /// The same body with an unexplained jump that costs only a share of its energy: that of a body of greater
+    /// The same body with an unexplained jump that costs only a share of its energy: that of a body of more
     /// mass with the same jump of its momentum.
     pub(super) fn weighted(self, weight: f64) -> Self {
         FitBody {

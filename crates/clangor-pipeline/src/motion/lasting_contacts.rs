@@ -31,7 +31,8 @@ use super::kinematics::{Kinematics, State};
 use super::lasting_fit::{FitPair, SharedLoad, share_load};
 use super::lasting_jumps::{LastingJump, Push, RecordedMotion, lasting_jumps};
 use super::recording::RecordedBody;
-use super::touching::{Clearance, Placed, Touch, lasting_touches, may_touch};
+use super::touch::Touch;
+use super::touching::{Clearance, Placed, lasting_touches, may_touch};
 
 /// Gaps that count as touching: a share of the smaller body, a share of the way in a frame, and the digits of
 /// 32-bit files \[m\]; and the factors on them that are tried.

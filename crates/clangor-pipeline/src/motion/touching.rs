@@ -15,7 +15,8 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::pose::Pose;
 use glam::DVec3;
 
-use super::edge_touches::{SharpEdge, edge_touches, sharp_edges};
+use super::edge_touches::{Edges, SharpEdge, edge_touches, sharp_edges};
+use super::touch::Touch;
 
 /// Edges are divided into parts of at most this share of the bounding radius.
 const EDGE_SHARE: f64 = 0.12;
@@ -33,7 +34,7 @@ pub(super) struct SampledSurface {
     pub(super) surface: Arc<Surface>,
     pub(super) radius: f64,
     points: Vec<DVec3>,
-    pub(super) edges: Vec<SharpEdge>,
+    edges: Vec<SharpEdge>,
 }
 
 impl SampledSurface {
@@ -76,20 +77,9 @@ pub(super) struct Placed<'a> {
     pub(super) pose: Pose,
 }
 
-/// A point where two surfaces touch.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Touch {
-    /// Midway between the surfaces [m, world].
-    pub(super) point: DVec3,
-    /// Unit, from the second surface to the first.
-    pub(super) normal: DVec3,
-    /// Distance of the surfaces \[m\], negative where they overlap.
-    pub(super) gap: f64,
-}
-
-impl Touch {
-    fn turned(self) -> Self {
-        Touch { normal: -self.normal, ..self }
+impl Placed<'_> {
+    fn edges(&self) -> Edges<'_> {
+        Edges { edges: &self.sampled.edges, pose: self.pose, radius: self.sampled.radius }
     }
 }
 
@@ -110,7 +100,7 @@ pub(super) fn may_touch(a: Placed<'_>, b: Placed<'_>, within: f64) -> bool {
 /// the ones before, and the nearest crossings of edges.
 pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
     let mut found = spread(near_points(a, b, within));
-    let mut crossings = edge_touches(a, b, within);
+    let mut crossings = edge_touches(a.edges(), b.edges(), within);
     crossings.sort_by(|a, b| a.gap.abs().total_cmp(&b.gap.abs()));
     found.extend(crossings.into_iter().take(KEPT));
     found

@@ -1,5 +1,5 @@
-//! Thirty boxes thrown onto a floor by PyBullet (`record.py`): the scene, and tables of their poses at several
-//! rates.
+//! Thirty boxes thrown onto a floor by PyBullet (`record.py`): the scene, and tables of their poses at
+//! several rates.
 
 use std::fmt::Write;
 use std::fs;

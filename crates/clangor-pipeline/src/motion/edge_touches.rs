@@ -164,7 +164,7 @@ mod tests {
             let radius = surface.bounding_radius();
             let [upper, lower] = [upper, lower].map(|pose| Edges { edges: &edges, pose, radius });
             let found = edge_touches(upper, lower, 2e-4);
-            // Seen: one touch, within 2e-17 m.
+            // Seen: one touch, within 4e-17 m.
             assert_eq!(found.len(), 1, "{found:?}");
             let place = DVec3::new(0.0, 0.05 * std::f64::consts::SQRT_2 + 0.5 * gap, along);
             assert!(found[0].point.distance(place) < 1e-12, "{found:?}");

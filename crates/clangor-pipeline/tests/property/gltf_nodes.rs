@@ -334,6 +334,7 @@ fn property_a_file_in_centimetres_gives_the_bodies_and_the_motion_of_one_in_metr
     let read = large.import_in(LengthUnit { metres: 0.01 }, SCENE, &[]).unwrap();
     assert_eq!(read.notices("m across"), 0, "{:?}", read.summary);
     let ((_, expected_body), (_, body)) = (expected.body("Cube"), read.body("Cube"));
+    // Seen: no difference.
     let radius = expected_body.surface.bounding_radius();
     assert!((body.surface.bounding_radius() / radius - 1.0).abs() < 1e-6);
     assert!(body.pose.position.distance(expected_body.pose.position) < 1e-6, "{}", body.pose.position);

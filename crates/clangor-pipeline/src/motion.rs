@@ -10,6 +10,7 @@
 //! | `parts_of_one` | the same for a part of a larger thing |
 //! | `touch` | a point where two surfaces touch |
 //! | `touching` | where two surfaces touch, with normal and gap |
+//! | `area_corners` | which points stand for the area where they touch |
 //! | `edge_touches` | where sharp edges of two surfaces cross |
 //! | `impulse_fit` | impulses at given points that explain given jumps |
 //! | `impacts` | contact rows of a recording, by the modules above |
@@ -21,6 +22,7 @@
 //! | `flights` | the motion of bodies of which only the impulses are listed |
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
+mod area_corners;
 pub mod contact_checks;
 mod edge_touches;
 pub(crate) mod flights;

@@ -258,8 +258,30 @@ fn cross_most_energy_of_rattling_coins_is_found() {
     assert!(shares(folder.path(), "120")[0] > strongest_of_frames(&own, 120.0).min(0.98));
     let fine = score(folder.path(), "1000");
     assert!(fine.near_energy > 0.96);
-    // The rims that roll are no impacts. Seen: 0.93; 0.74 where every strong push is one.
-    assert!(fine.right > 0.88, "{}", fine.right);
+    // The rims that roll are no impacts. Seen: 0.98; 0.92 where a rim that races around is one, and 0.74 where
+    // every strong push is.
+    assert!(fine.right > 0.95, "{}", fine.right);
+}
+
+/// Gives the bodies of a timeline the meshes of another one that have as many bytes: those of an export differ
+/// in their digits, for which drafts of modes and fields differ by several decibels, and motion is compared.
+fn with_meshes_of(own: &Path, found: &Path) {
+    let meshes = |timeline: &Path| -> Vec<(u64, String)> {
+        // A ball has none.
+        let entries = fs::read_dir(timeline.join("meshes")).into_iter().flatten().map(|entry| entry.unwrap());
+        entries.map(|e| (e.metadata().unwrap().len(), e.file_name().into_string().unwrap())).collect()
+    };
+    let description = found.join("timeline.json");
+    let mut text = fs::read_to_string(&description).unwrap();
+    let known = meshes(own);
+    for (bytes, name) in meshes(found) {
+        let Some((_, other)) = known.iter().find(|(own, _)| *own == bytes) else {
+            panic!("no mesh is {name}")
+        };
+        fs::copy(own.join("meshes").join(other), found.join("meshes").join(other)).unwrap();
+        text = text.replace(name.trim_end_matches(".ply"), other.trim_end_matches(".ply"));
+    }
+    fs::write(description, text).unwrap();
 }
 
 /// The table of docs/guide/animation.md: `cargo test --release -p clangor-cli --test cross recorded_motion::
@@ -269,9 +291,15 @@ fn cross_most_energy_of_rattling_coins_is_found() {
 fn cross_the_table_of_the_guide() {
     const SLAB: &str = "[render]\nfloor = \"rigid\"\n[[plane]]\nmaterial = \"granite\"\n";
     const TABLE: &str = "[render]\nfloor = \"rigid\"\nfloor_height = 0.4\n";
-    let scenes =
-        [("ball-drop", GRANITE), ("dice", TABLE), ("coins", TABLE), ("bowls", SLAB), ("mug-and-coin", TABLE)];
-    for (scene, planes) in scenes {
+    // With the least share of windows that sound alike. Seen: 1, 0.905, 0.910, 0.939, and 0.682 in a mug.
+    let scenes = [
+        ("ball-drop", GRANITE, 0.99),
+        ("dice", TABLE, 0.9),
+        ("coins", TABLE, 0.9),
+        ("bowls", SLAB, 0.9),
+        ("mug-and-coin", TABLE, 0.65),
+    ];
+    for (scene, planes, alike) in scenes {
         println!("{scene}");
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
@@ -283,6 +311,7 @@ fn cross_the_table_of_the_guide() {
         assert!(coarse.energy > least, "{scene}: {}", coarse.energy);
         // Seen: 0.9978 and more.
         assert!(fine.energy > 0.98, "{scene}: {}", fine.energy);
+        with_meshes_of(&path.join("own.timeline"), &path.join("1000.timeline"));
         let sound = |name: &str| {
             let wav = format!("{name}.wav");
             let listener = ["--listener", "0.5,0.8,0.5", "--quality", "draft"];
@@ -301,6 +330,10 @@ fn cross_the_table_of_the_guide() {
         let mut off: Vec<f64> = heard.map(|(own, found)| (10.0 * (found / own).log10()).abs()).collect();
         off.sort_by(f64::total_cmp);
         let near = off.iter().filter(|off| **off <= 3.0).count() as f64 / off.len() as f64;
-        println!("  windows within 3 dB: {near:.2}, median difference {:.2} dB", off[off.len() / 2]);
+        println!(
+            "  windows within 3 dB: {near:.3} of {}, median difference {:.2} dB",
+            off.len(),
+            off[off.len() / 2]
+        );
     }
 }

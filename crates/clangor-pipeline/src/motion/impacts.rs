@@ -11,6 +11,7 @@
 mod clean_first;
 mod event_rows;
 mod flat_impacts;
+mod rolling;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -95,7 +96,11 @@ pub(super) fn find_impacts_in_noise(
     }
     events.sort_by(|a, b| a.time.total_cmp(&b.time));
     let mut next_id = 1;
-    events.iter().for_each(|event| event.write(&scene, v_min, &mut next_id, &mut found));
+    let rolling = scene.rolling_pairs(&events);
+    for (index, event) in events.iter().enumerate() {
+        let rolls = |pair: [usize; 2]| rolling.contains(&(index, pair));
+        event.write(&scene, (v_min, &rolls), &mut next_id, &mut found);
+    }
     scene.drop_jumps_of_parts(&windows, &mut found);
     found.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
     found.states.sort_by(|a, b| a.time.total_cmp(&b.time));
@@ -262,7 +267,7 @@ impl<'a> Scene<'a> {
             }
         }
         let (mut event, used) = best?;
-        event.share(search, span);
+        event.share(self, search, span);
         Some((event, used))
     }
 

@@ -217,13 +217,15 @@ pub(super) fn relative_velocity(left: &[FitBody], contact: &FitContact) -> DVec3
 
 /// K⁻¹ of a contact [kg].
 pub(super) fn effective_mass(bodies: &[FitBody], contact: &FitContact) -> DMat3 {
-    let inverse = |i: usize| {
-        let body = &bodies[contact.bodies[i]];
-        let cross = skew(contact.point - body.centre);
-        DMat3::from_diagonal(DVec3::splat(body.inverse_mass)) - cross * body.inverse_inertia * cross
-    };
-    let sum = inverse(0) + inverse(1);
+    let [a, b] = contact.bodies.map(|place| inverse_mass_at(&bodies[place], contact.point));
+    let sum = a + b;
     if sum.determinant() > 0.0 { sum.inverse() } else { DMat3::ZERO }
+}
+
+/// Velocity of a point of a body for a unit of impulse there [1/kg].
+pub(super) fn inverse_mass_at(body: &FitBody, point: DVec3) -> DMat3 {
+    let cross = skew(point - body.centre);
+    DMat3::from_diagonal(DVec3::splat(body.inverse_mass)) - cross * body.inverse_inertia * cross
 }
 
 /// The matrix of a cross product from the left.

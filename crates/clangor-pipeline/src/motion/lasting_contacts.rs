@@ -177,7 +177,7 @@ impl Search<'_> {
             for wider in WIDER {
                 let group = self.group(*body, time, wider * span, wider);
                 let bodies: Vec<FitBody> = group.members.iter().map(|member| member.fit).collect();
-                let load = share_load(&bodies, &group.contacts, &group.pairs);
+                let load = share_load(&bodies, (&group.contacts, &[]), &group.pairs);
                 let is_good = load.residual < POOR;
                 if best.as_ref().is_none_or(|(_, other)| load.residual < 0.7 * other.residual) {
                     best = Some((group, load));

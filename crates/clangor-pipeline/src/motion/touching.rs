@@ -15,6 +15,7 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::pose::Pose;
 use glam::DVec3;
 
+use super::area_corners::spread;
 use super::edge_touches::{Edges, SharpEdge, edge_touches, sharp_edges};
 use super::touch::Touch;
 
@@ -22,8 +23,8 @@ use super::touch::Touch;
 const EDGE_SHARE: f64 = 0.12;
 /// Most points of a surface; more vertices are thinned.
 const MOST_POINTS: usize = 6000;
-/// Points that are kept of a contact.
-const KEPT: usize = 5;
+/// Crossings of edges that are kept.
+const KEPT_CROSSINGS: usize = 5;
 
 /// Where the first point of a contact that lasts is sought, in the frame of the first body: along no axis of
 /// symmetry.
@@ -102,7 +103,7 @@ pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
     let mut found = spread(near_points(a, b, within));
     let mut crossings = edge_touches(a.edges(), b.edges(), within);
     crossings.sort_by(|a, b| a.gap.abs().total_cmp(&b.gap.abs()));
-    found.extend(crossings.into_iter().take(KEPT));
+    found.extend(crossings.into_iter().take(KEPT_CROSSINGS));
     found
 }
 
@@ -304,20 +305,4 @@ fn mesh_distance(mesh: &MeshSurface, local: DVec3) -> Option<(f64, DVec3)> {
     let clear = 1e-6 * mesh.mesh.diagonal();
     let normal = if nearest.distance > clear { away / distance } else { outward };
     Some((distance, normal))
-}
-
-fn spread(mut found: Vec<Touch>) -> Vec<Touch> {
-    let Some(first) = found.iter().min_by(|a, b| a.gap.total_cmp(&b.gap)).copied() else { return found };
-    let mut kept = vec![first];
-    while kept.len() < KEPT {
-        let far =
-            |touch: &Touch| kept.iter().map(|k| k.point.distance(touch.point)).fold(f64::INFINITY, f64::min);
-        let Some(next) = found.iter().max_by(|a, b| far(a).total_cmp(&far(b))).copied() else { break };
-        if far(&next) <= 0.0 {
-            break;
-        }
-        kept.push(next);
-    }
-    found.clear();
-    kept
 }

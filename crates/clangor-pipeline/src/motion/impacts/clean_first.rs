@@ -9,8 +9,6 @@
 //!
 //! which leaves the others: it may then have one alone, and so on, round by round.
 
-use glam::DVec3;
-
 use super::{Event, Member, Scene, Search};
 use crate::motion::recording::RecordedBody;
 
@@ -68,15 +66,7 @@ impl Scene<'_> {
     fn explain(&mut self, event: &Event) {
         for (place, member) in event.members.iter().enumerate() {
             let Some(kinematics) = &mut self.kinematics[member.body.index()] else { continue };
-            let (mut impulse, mut moment) = (DVec3::ZERO, DVec3::ZERO);
-            for ((contact, _), push) in event.points.iter().zip(&event.impulses) {
-                for (other, sign) in contact.bodies.into_iter().zip([1.0, -1.0]) {
-                    if other == place {
-                        impulse += *push * sign;
-                        moment += (contact.point - member.fit.centre).cross(*push) * sign;
-                    }
-                }
-            }
+            let (impulse, moment) = event.given_to(place);
             match member.window.filter(|window| window.is_clean) {
                 // What the fit leaves of it is no other impact.
                 Some(window) => (window.first..=window.last).for_each(|frame| kinematics.clear(frame)),

@@ -15,8 +15,14 @@ const SMALLEST_SHARE: f64 = 1e-4;
 const MERGED: f64 = 0.075;
 
 impl Event {
-    /// Writes the rows of each pair.
-    pub(super) fn write(&self, scene: &Scene<'_>, v_min: f64, next_id: &mut u64, found: &mut MotionImpacts) {
+    /// Writes the rows of each pair; those of a pair that rolls are no impact.
+    pub(super) fn write(
+        &self,
+        scene: &Scene<'_>,
+        (v_min, rolls): (f64, &dyn Fn([usize; 2]) -> bool),
+        next_id: &mut u64,
+        found: &mut MotionImpacts,
+    ) {
         let mut pairs: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
         for (index, (contact, _)) in self.points.iter().enumerate() {
             pairs.entry(contact.bodies).or_default().push(index);
@@ -47,7 +53,7 @@ impl Event {
             if is_missed {
                 speed = needed;
             }
-            let is_impact = speed >= least;
+            let is_impact = speed >= least && !rolls(pair);
             let impact_id = if is_impact { *next_id } else { 0 };
             if is_impact {
                 *next_id += 1;

@@ -1,0 +1,174 @@
+//! Jumps of bodies that roll: a coin that settles, whose point of contact races around its rim.
+//!
+//! Just before it lies flat, such a coin turns about another diameter within a millisecond. Its jumps are as
+//! large as those of an impact, but its rim never leaves the floor, and little is lost. A pair rolls where
+//!
+//! ```text
+//! −Σ j·v⁺ / Σ j·v⁻ > max(0.9, e + 0.1)        v: relative velocity before (−) and after (+)
+//! largest gap − smallest gap < 2 µm + 0.05 |v⁻| h        at the frames around it
+//! ```
+//!
+//! with the restitution e of the pair and the length h of a frame: an impact loses energy, and one that loses
+//! little parts the surfaces by about |v⁻| h, at least where |v⁻| > 2 g h. A block that falls over keeps its
+//! edge on the floor too, but loses 1 − e² of what drives it. What a pair does within a frame of that, while its surfaces stay together,
+//! is the same motion.
+
+use std::collections::BTreeSet;
+
+use clangor_core::body::BodyId;
+use clangor_core::material::PairCoefficients;
+use clangor_core::pose::Pose;
+use glam::DVec3;
+
+use super::{Event, Scene, state_of_unrecorded};
+use crate::motion::touching::touches;
+
+/// Least share of the approach that comes back, and its least excess over the restitution of the pair.
+const RETURNED: f64 = 0.9;
+const ABOVE_RESTITUTION: f64 = 0.1;
+/// Change of the gap of surfaces that stay together: rounding \[m\], and a share of the way in a frame.
+const TOGETHER: (f64, f64) = (2e-6, 0.05);
+/// Approach, over g h, from which frames show it: what comes back is in flight for two of them, and weight
+/// changes it by half at most.
+const FLIGHT: f64 = 2.0;
+/// Frames between events of one motion.
+const SAME_MOTION: f64 = 2.5;
+
+/// A pair of bodies of an event, by the place of the event and those of the bodies in it.
+pub(super) type PairOfEvent = (usize, [usize; 2]);
+
+impl Scene<'_> {
+    /// The pairs that roll through an event, of events in order of time.
+    pub(super) fn rolling_pairs(&self, events: &[Event]) -> BTreeSet<PairOfEvent> {
+        let pairs = |index: usize| {
+            let pushing = events[index].points.iter().zip(&events[index].impulses);
+            let pushing = pushing.filter(|(_, impulse)| impulse.length_squared() > 0.0);
+            let pairs: BTreeSet<[usize; 2]> = pushing.map(|((contact, _), _)| contact.bodies).collect();
+            pairs.into_iter().map(move |pair| (index, pair))
+        };
+        let all: Vec<PairOfEvent> = (0..events.len()).flat_map(pairs).collect();
+        let approach = |(index, pair): &PairOfEvent| events[*index].approach(*pair);
+        let rolls = |of: &&PairOfEvent| {
+            let Approach { speed, returned } = approach(of);
+            let least = RETURNED.max(self.restitution(of, events, speed) + ABOVE_RESTITUTION);
+            // A body that came back slower would be on the floor again before the next frame.
+            let shows = speed > FLIGHT * self.world.gravity.length() * events[of.0].span(of.1);
+            returned > least && shows && self.stay_together(&events[of.0], of.1, speed)
+        };
+        let mut rolling: BTreeSet<PairOfEvent> = all.iter().filter(rolls).copied().collect();
+        // What belongs to the same motion.
+        let bodies = |(index, pair): &PairOfEvent| {
+            let [a, b] = pair.map(|place| events[*index].members[place].body);
+            if a < b { [a, b] } else { [b, a] }
+        };
+        let known: Vec<(f64, [BodyId; 2])> =
+            rolling.iter().map(|of| (events[of.0].time, bodies(of))).collect();
+        for of in &all {
+            let event = &events[of.0];
+            let reach = SAME_MOTION * event.span(of.1);
+            let from = known.partition_point(|(time, _)| *time < event.time - reach);
+            let near = known[from..].iter().take_while(|(time, _)| *time <= event.time + reach);
+            if near.into_iter().any(|(_, pair)| *pair == bodies(of))
+                && self.stay_together(event, of.1, approach(of).speed)
+            {
+                rolling.insert(*of);
+            }
+        }
+        rolling
+    }
+
+    fn restitution(&self, (index, pair): &PairOfEvent, events: &[Event], speed: f64) -> f64 {
+        let body = |place: usize| events[*index].members[place].body.index();
+        let [a, b] = pair.map(|place| &self.world.bodies[body(place)].material);
+        PairCoefficients::of(a, b).restitution.at(speed)
+    }
+
+    /// Whether the gap of a pair stays what it is at the frames around an event.
+    fn stay_together(&self, event: &Event, pair: [usize; 2], speed: f64) -> bool {
+        let members = pair.map(|place| event.members[place]);
+        let windows = members
+            .iter()
+            .filter_map(|member| member.window.zip(self.kinematics[member.body.index()].as_ref()));
+        let Some((window, kinematics)) = windows.into_iter().next() else { return false };
+        let play = TOGETHER.0 + TOGETHER.1 * speed * window.span;
+        let last = kinematics.frames.len() - 1;
+        let mut gaps = [f64::INFINITY, f64::NEG_INFINITY];
+        (window.first.saturating_sub(1)..=(window.last + 1).min(last)).all(|frame| {
+            let time = kinematics.frames[frame].time;
+            let [Some(one), Some(two)] = members.map(|member| self.pose_at(member.body, time)) else {
+                return false;
+            };
+            let [a, b] = members.map(|member| member.body);
+            // The gap of two bodies that rest is unknown to the digits of their file.
+            let within = if gaps[0].is_finite() { gaps[0] + play } else { super::TOUCHING.2 + play };
+            let found = touches(self.placed(a, one), self.placed(b, two), within);
+            let Some(gap) = found.iter().map(|touch| touch.gap).reduce(f64::min) else { return false };
+            gaps = [gaps[0].min(gap), gaps[1].max(gap)];
+            gaps[1] - gaps[0] <= play
+        })
+    }
+
+    /// The pose of a body at an instant.
+    fn pose_at(&self, body: BodyId, time: f64) -> Option<Pose> {
+        match &self.kinematics[body.index()] {
+            Some(kinematics) => kinematics.at(time).map(|state| state.pose),
+            None => Some(state_of_unrecorded(&self.world.bodies[body.index()], time).pose),
+        }
+    }
+}
+
+/// How fast a pair of an event approaches at its fastest point [m/s], and the share of that which comes back.
+struct Approach {
+    speed: f64,
+    returned: f64,
+}
+
+impl Event {
+    fn approach(&self, pair: [usize; 2]) -> Approach {
+        let [a, b] = pair.map(|place| self.members[place]);
+        let [of_a, of_b] = pair.map(|place| self.change_of(place));
+        let (mut before, mut after, mut speed) = (0.0, 0.0, 0.0_f64);
+        for ((contact, _), impulse) in self.points.iter().zip(&self.impulses) {
+            if contact.bodies != pair {
+                continue;
+            }
+            let point = contact.point;
+            let velocity = a.state.velocity_at(point) - b.state.velocity_at(point);
+            let turned = of_a.1.cross(point - a.fit.centre) - of_b.1.cross(point - b.fit.centre);
+            before -= impulse.dot(velocity);
+            after += impulse.dot(velocity + of_a.0 - of_b.0 + turned);
+            if impulse.length_squared() > 0.0 {
+                speed = speed.max(-velocity.dot(contact.normal));
+            }
+        }
+        Approach { speed, returned: if before > 0.0 { after / before } else { 0.0 } }
+    }
+
+    /// Length of the frame of a pair around it \[s\].
+    fn span(&self, pair: [usize; 2]) -> f64 {
+        let [a, b] = pair.map(|place| self.members[place].window);
+        a.or(b).map_or(0.0, |window| window.span)
+    }
+
+    /// Δv and Δω of a member by all impulses.
+    fn change_of(&self, place: usize) -> (DVec3, DVec3) {
+        let body = &self.members[place].fit;
+        let (impulse, moment) = self.given_to(place);
+        (impulse * body.inverse_mass, body.inverse_inertia * moment)
+    }
+
+    /// The impulse [N s] on a member, and its moment about the centre of mass [N m s].
+    pub(super) fn given_to(&self, place: usize) -> (DVec3, DVec3) {
+        let centre = self.members[place].fit.centre;
+        let (mut impulse, mut moment) = (DVec3::ZERO, DVec3::ZERO);
+        for ((contact, _), push) in self.points.iter().zip(&self.impulses) {
+            for (other, sign) in contact.bodies.into_iter().zip([1.0, -1.0]) {
+                if other == place {
+                    impulse += *push * sign;
+                    moment += (contact.point - centre).cross(*push) * sign;
+                }
+            }
+        }
+        (impulse, moment)
+    }
+}

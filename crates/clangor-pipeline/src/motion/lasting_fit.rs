@@ -6,12 +6,13 @@
 //! ```
 //!
 //! with a rolling couple c of each pair. Many sets of impulses explain a body on four corners. That of least
-//! Σ |j|²/m_j, m_j the mass that a point feels, is a continuous function of the motion, so that a steady load
-//! stays where it is: each pass adds ε/2 Σ |j − j′|²/m_j with j′ of the pass before, from zero on (proximal
-//! point iteration, Rockafellar 1976). What the first passes leave of a body's motion falls by the factor ε
-//! in each. A pass is solved by projected gradients with momentum (Nesterov, *Introductory Lectures on Convex
-//! Optimization* (2004), §2.2.4), which treat all points alike: forty points of a rim that lands flat have
-//! the same share, in whatever order they come.
+//! Σ |j|²/m_j, m_j the mass that a point feels along its normal, is a continuous function of the motion, so
+//! that a steady load stays where it is, without friction that the motion does not show: each pass adds
+//! ε/2 Σ |j − j′|²/m_j with j′ of the pass before, from zero on (proximal point iteration, Rockafellar 1976).
+//! What the first passes leave of a body's motion falls by the factor ε in each. A pass is solved by
+//! projected gradients with momentum (Nesterov, *Introductory Lectures on Convex Optimization* (2004),
+//! §2.2.4), which treat all points alike: forty points of a rim that lands flat have the same share, in
+//! whatever order they come.
 //!
 //! It is not the distribution of the real pressure, which poses do not tell.
 
@@ -23,12 +24,12 @@ use super::impulse_fit::{FitBody, FitContact, energy, inverse_mass_at, relative_
 
 /// ε.
 const WEIGHT: f64 = 0.1;
-/// Passes, which leave ε⁶ of the motion.
-const PASSES: usize = 6;
+/// Passes, which leave ε⁸ of the motion.
+const PASSES: usize = 8;
 /// Most steps in a pass.
-const STEPS: usize = 200;
+const STEPS: usize = 300;
 /// Change of the impulses in a step, relative to the largest, at which a pass ends.
-const CONVERGED: f64 = 1e-5;
+const CONVERGED: f64 = 1e-7;
 
 /// Two bodies, by their places in the list, with their contacts and the lever of their rolling couple \[m\].
 #[derive(Clone, Debug)]
@@ -47,7 +48,7 @@ pub(super) struct SharedLoad {
     pub(super) residual: f64,
 }
 
-/// Shares the load among all points. Each has K⁻¹ times its share w, at most 1; 1 beyond the end of `shares`.
+/// Shares the load among all points. Each has m_j times its share w, at most 1; 1 beyond the end of `shares`.
 pub(super) fn share_load(
     bodies: &[FitBody],
     (contacts, shares): (&[FitContact], &[f64]),
@@ -71,10 +72,10 @@ struct Fit<'a> {
     bodies: &'a [FitBody],
     contacts: &'a [FitContact],
     pairs: &'a [FitPair],
-    /// K⁻¹ of each load: the mass that an impulse feels [kg], the inertia that a couple feels [kg m²]; zero
-    /// where nothing moves.
-    weights: Vec<DMat3>,
-    /// Length of a step, in units of K⁻¹.
+    /// The mass that each impulse feels along its normal [kg], the inertia that a couple feels [kg m²], times
+    /// its share; zero where nothing moves.
+    weights: Vec<f64>,
+    /// Length of a step, in units of the weights.
     step: f64,
 }
 
@@ -93,14 +94,18 @@ impl<'a> Fit<'a> {
         };
         let effects: Vec<([usize; 2], [DMat3; 2])> =
             contacts.iter().map(of_contact).chain(pairs.iter().map(of_pair)).collect();
-        let shares = shares.iter().copied().chain(std::iter::repeat(1.0));
-        let weight =
-            |((_, [a, b]), share): (&([usize; 2], [DMat3; 2]), f64)| inverse_or_zero(*a + *b) * share;
-        let weights: Vec<DMat3> = effects.iter().zip(shares).map(weight).collect();
-        // Bound of the curvature: with s_ib² ≤ 1 the norm of K_i^−½ W_ib K_i^−½, W_ib the effect of load i on
-        // body b, the largest of Σ_b s_ib Σ_k s_kb over i.
-        let norm =
-            |load: usize, side: usize| trace(weights[load] * effects[load].1[side]).clamp(0.0, 1.0).sqrt();
+        let inverse = |load: usize| {
+            let [a, b] = effects[load].1;
+            contacts.get(load).map_or_else(|| trace(a + b) / 3.0, |c| c.normal.dot((a + b) * c.normal))
+        };
+        let weight = |load: usize| {
+            let share = shares.get(load).copied().unwrap_or(1.0);
+            if inverse(load) > 0.0 { share / inverse(load) } else { 0.0 }
+        };
+        let weights: Vec<f64> = (0..effects.len()).map(weight).collect();
+        // Bound of the curvature: with s_ib² the norm of the effect of load i on body b, over that of its
+        // weight, the largest of Σ_b s_ib Σ_k s_kb over i.
+        let norm = |load: usize, side: usize| (weights[load] * trace(effects[load].1[side])).sqrt();
         let mut sums = vec![0.0; bodies.len()];
         for (load, (places, _)) in effects.iter().enumerate() {
             (0..2).for_each(|side| sums[places[side]] += norm(load, side));
@@ -140,7 +145,7 @@ impl<'a> Fit<'a> {
     fn stepped(&self, from: &[DVec3], before: &[DVec3]) -> Vec<DVec3> {
         let left = self.left(from);
         let moved = |load: usize, slip: DVec3| {
-            from[load] + (self.weights[load] * slip - (from[load] - before[load]) * WEIGHT) * self.step
+            from[load] + (slip * self.weights[load] - (from[load] - before[load]) * WEIGHT) * self.step
         };
         let mut next: Vec<DVec3> = Vec::with_capacity(from.len());
         for (load, contact) in self.contacts.iter().enumerate() {
@@ -178,11 +183,6 @@ impl<'a> Fit<'a> {
         }
         left
     }
-}
-
-/// The inverse of a matrix, or zero where nothing moves.
-fn inverse_or_zero(matrix: DMat3) -> DMat3 {
-    if matrix.determinant() > 0.0 { matrix.inverse() } else { DMat3::ZERO }
 }
 
 fn trace(matrix: DMat3) -> f64 {
@@ -260,7 +260,9 @@ mod tests {
         let load = share_load(&[cup, floor()], (&contacts, &[]), &pairs);
         let share = 0.06 * 0.3 / 32.0;
         let off = load.impulses.iter().map(|j| j.distance(DVec3::Y * share) / share).fold(0.0, f64::max);
-        assert!(off < 0.05, "{off} {:?}", load.impulses);
+        // Seen: 5e-7; sweeps over the points, each in turn, gave 0.92.
+        println!("largest difference {off:.1e}");
+        assert!(off < 1e-4, "{off}");
     }
 
     #[test]

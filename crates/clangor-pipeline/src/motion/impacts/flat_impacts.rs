@@ -9,7 +9,7 @@
 //! w = (1 − (g − g₀)/(β d))²        g₀ smallest gap, g − g₀ < β d, β = ¼
 //! ```
 //!
-//! The impulses are those of least Σ jᵀ K j / w that explain as much as the fit
+//! The impulses are those of least Σ |j|²/(m_j w) that explain as much as the fit
 //! ([`lasting_fit`](crate::motion)), which excite other modes than a single one. Frames that are too long to
 //! tell gaps of micrometres (below 600 Hz) keep the fewest points. It is not the distribution of the real
 //! pressure, which poses do not tell; the renderer solves the contact at these points.

@@ -258,13 +258,14 @@ fn cross_most_energy_of_rattling_coins_is_found() {
     assert!(shares(folder.path(), "120")[0] > strongest_of_frames(&own, 120.0).min(0.98));
     let fine = score(folder.path(), "1000");
     assert!(fine.near_energy > 0.96);
-    // The rims that roll are no impacts. Seen: 0.98; 0.92 where a rim that races around is one, and 0.74 where
-    // every strong push is.
+    // The rims that roll are no impacts. Seen: 0.98; 0.92 where a rim that races around is one, and 0.74
+    // where every strong push is.
     assert!(fine.right > 0.95, "{}", fine.right);
 }
 
-/// Gives the bodies of a timeline the meshes of another one that have as many bytes: those of an export differ
-/// in their digits, for which drafts of modes and fields differ by several decibels, and motion is compared.
+/// Gives the bodies of a timeline the meshes of another one that have as many bytes. Those of an export
+/// differ in their digits, for which drafts of modes and fields differ by several decibels, and what is
+/// compared is motion.
 fn with_meshes_of(own: &Path, found: &Path) {
     let meshes = |timeline: &Path| -> Vec<(u64, String)> {
         // A ball has none.

@@ -1,8 +1,8 @@
 //! Which points of two surfaces stand for the area where they touch: its corners.
 //!
-//! A body that lies on a face, an edge or a rim is held at the corners of the area that touches, seen along its
-//! normal. A point within the area takes load only where the surfaces bulge there, so that it is the deepest;
-//! of an area that is level, an impulse in its middle would strike the soft place of a plate.
+//! A body that lies on a face, an edge or a rim is held at the corners of the area that touches, seen along
+//! its normal. A point within the area takes load only where the surfaces bulge there, so that it is the
+//! deepest; of an area that is level, an impulse in its middle would strike the soft place of a plate.
 
 use glam::DVec3;
 

@@ -9,10 +9,11 @@
 //! Σ |j|²/m_j, m_j the mass that a point feels along its normal, is a continuous function of the motion, so
 //! that a steady load stays where it is, without friction that the motion does not show: each pass adds
 //! ε/2 Σ |j − j′|²/m_j with j′ of the pass before, from zero on (proximal point iteration, Rockafellar 1976).
-//! What the first passes leave of a body's motion falls by the factor ε in each. A pass is solved by
-//! projected gradients with momentum (Nesterov, *Introductory Lectures on Convex Optimization* (2004),
-//! §2.2.4), which treat all points alike: forty points of a rim that lands flat have the same share, in
-//! whatever order they come.
+//! A pass leaves ε/(ε + λ) of a motion, λ the curvature of the energy along it: about one for each point that
+//! holds a body, and little where a heavy body lies on a light one. The passes end where the energy that is
+//! left hardly falls. A pass is solved by projected gradients with momentum (Nesterov, *Introductory Lectures
+//! on Convex Optimization* (2004), §2.2.4), which treat all points alike: forty points of a rim that lands
+//! flat have the same share, in whatever order they come.
 //!
 //! It is not the distribution of the real pressure, which poses do not tell.
 
@@ -24,8 +25,11 @@ use super::impulse_fit::{FitBody, FitContact, energy, inverse_mass_at, relative_
 
 /// ε.
 const WEIGHT: f64 = 0.1;
-/// Passes, which leave ε⁸ of the motion.
-const PASSES: usize = 8;
+/// Most passes, the energy left of that of the jumps at which they end, and the share of that of the pass
+/// before.
+const PASSES: usize = 40;
+const EXPLAINED: f64 = 1e-14;
+const HARDLY: f64 = 0.9;
 /// Most steps in a pass.
 const STEPS: usize = 300;
 /// Change of the impulses in a step, relative to the largest, at which a pass ends.
@@ -57,10 +61,14 @@ pub(super) fn share_load(
     let whole: f64 = bodies.iter().map(energy).sum();
     let fit = Fit::new(bodies, (contacts, shares), pairs);
     let mut load = vec![DVec3::ZERO; contacts.len() + pairs.len()];
+    let mut rest = whole;
     for _ in 0..PASSES {
         load = fit.pass(&load);
+        let before = std::mem::replace(&mut rest, fit.left(&load).iter().map(energy).sum());
+        if rest <= EXPLAINED * whole || rest > HARDLY * before {
+            break;
+        }
     }
-    let rest: f64 = fit.left(&load).iter().map(energy).sum();
     let residual = if whole > 0.0 { rest / whole } else { 0.0 };
     let couples = load.split_off(contacts.len());
     SharedLoad { impulses: load, couples, residual }

@@ -97,8 +97,8 @@ pub(super) fn may_touch(a: Placed<'_>, b: Placed<'_>, within: f64) -> bool {
     }
 }
 
-/// Points of two surfaces with a gap of at most `within` \[m\]: the deepest, those that are farthest from
-/// the ones before, and the nearest crossings of edges.
+/// Points of two surfaces with a gap of at most `within` \[m\]: the [corners](super::area_corners) of the
+/// areas that touch, and the nearest crossings of edges.
 pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
     let mut found = spread(near_points(a, b, within));
     let mut crossings = edge_touches(a.edges(), b.edges(), within);

@@ -9,7 +9,7 @@
 //! w = (1 − (g − g₀)/(β d))²        g₀ smallest gap, g − g₀ < β d, β = ¼
 //! ```
 //!
-//! The impulses are those of least Σ |j|²/(m_j w) that explain as much as the fit
+//! and 0.001 at least; a point of the fit with a wider gap keeps w = 1. The impulses are those of least Σ |j|²/(m_j w) that explain as much as the fit
 //! ([`lasting_fit`](crate::motion)), which excite other modes than a single one. Frames that are too long to
 //! tell gaps of micrometres (below 600 Hz) keep the fewest points. It is not the distribution of the real
 //! pressure, which poses do not tell; the renderer solves the contact at these points.
@@ -35,7 +35,7 @@ const ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
 /// Least w of a point that takes part.
 const LEAST_SHARE: f64 = 1e-3;
 /// Share of the energy of the jumps that may be explained less.
-const AS_MUCH: f64 = 0.005;
+const AS_MUCH: f64 = 5e-4;
 
 impl Event {
     /// Shares the impulses of each pair of bodies among the points that the contact closes, if frames of

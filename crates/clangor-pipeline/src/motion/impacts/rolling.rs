@@ -10,8 +10,8 @@
 //!
 //! with the restitution e of the pair and the length h of a frame: an impact loses energy, and one that loses
 //! little parts the surfaces by about |v⁻| h, at least where |v⁻| > 2 g h. A block that falls over keeps its
-//! edge on the floor too, but loses 1 − e² of what drives it. What a pair does within a frame of that, while
-//! its surfaces stay together, is the same motion.
+//! edge on the floor too, but loses 1 − e² of what drives it. What a pair does within two and a half frames of
+//! that, while its surfaces stay together, is the same motion.
 
 use std::collections::BTreeSet;
 
@@ -28,8 +28,8 @@ const RETURNED: f64 = 0.9;
 const ABOVE_RESTITUTION: f64 = 0.1;
 /// Change of the gap of surfaces that stay together: rounding \[m\], and a share of the way in a frame.
 const TOGETHER: (f64, f64) = (2e-6, 0.05);
-/// Approach, over g h, from which frames show it: what comes back is in flight for two of them, and weight
-/// changes it by half at most.
+/// Approach, over g h, from which frames show it: what comes back is in flight for more than three of them,
+/// and weight changes it by half at most.
 const FLIGHT: f64 = 2.0;
 /// Frames between events of one motion.
 const SAME_MOTION: f64 = 2.5;
@@ -51,7 +51,7 @@ impl Scene<'_> {
         let rolls = |of: &&PairOfEvent| {
             let Approach { speed, returned } = approach(of);
             let least = RETURNED.max(self.restitution(of, events, speed) + ABOVE_RESTITUTION);
-            // A body that came back slower would be on the floor again before the next frame.
+            // A slow body may be on the floor again before a frame shows its flight.
             let shows = speed > FLIGHT * self.world.gravity.length() * events[of.0].span(of.1);
             returned > least && shows && self.stay_together(&events[of.0], of.1, speed)
         };

@@ -35,7 +35,7 @@ const ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
 /// Least w of a point that takes part.
 const LEAST_SHARE: f64 = 1e-3;
 /// Share of the energy of the jumps that may be explained less.
-const AS_MUCH: f64 = 5e-4;
+const AS_MUCH: f64 = 0.005;
 
 impl Event {
     /// Shares the impulses of each pair of bodies among the points that the contact closes, if frames of

@@ -11,6 +11,7 @@ pub mod fracture_report;
 pub mod impact_modes;
 pub mod load;
 pub mod render;
+mod resting_poses;
 pub mod simulate;
 pub mod sound_models;
 mod start_overlaps;

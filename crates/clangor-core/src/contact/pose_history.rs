@@ -74,8 +74,8 @@ impl PoseHistory {
     }
 
     /// Pose of a body at a time \[s\]. A row at exactly that time is returned (the last of several). Between
-    /// rows, position is linear and rotation takes the shortest arc. Before its birth a body has its starting
-    /// pose, after its death its last pose.
+    /// rows, position is linear and rotation takes the shortest arc; between equal poses it is theirs. Before
+    /// its birth a body has its starting pose, after its death its last pose.
     ///
     /// Interpolation is linear because recorded velocities at an impact are those before it. At a pose rate
     /// of 1 kHz the error in free fall is 1 µm.
@@ -89,6 +89,9 @@ impl PoseHistory {
             return states[next.max(1) - 1].pose;
         }
         let (before, after) = (states[next - 1], states[next]);
+        if before.pose == after.pose {
+            return before.pose;
+        }
         let s = (time - before.time) / (after.time - before.time);
         Pose {
             position: before.pose.position.lerp(after.pose.position, s),

@@ -17,6 +17,7 @@ use clangor_sim::{SimulationError, SimulationReport, SimulationSettings, choose_
 
 use crate::formats::timeline_file::{Origin, TimelineError, TimelineHeader, TimelineSummary, TimelineWriter};
 use crate::stages::load::LoadedScene;
+use crate::stages::resting_poses::RestingPoses;
 use crate::stages::start_overlaps::refuse_heaps;
 
 /// Why a simulation gave no timeline.
@@ -257,11 +258,12 @@ fn header(loaded: &LoadedScene, settings: &SimulationSettings) -> TimelineHeader
 }
 
 /// Keeps impacts and the poses at them, so that memory follows what is heard and not what moves; of bodies
-/// that may ring, which are heard between impacts, all poses.
+/// that may ring, which are heard between impacts, all poses but those of rest.
 #[derive(Default)]
 struct ImpactLog {
     timeline: Timeline,
     followed: BTreeSet<BodyId>,
+    resting: RestingPoses,
     /// Poses since the last impact; those of the next one are among them.
     recent: Vec<PoseRow>,
 }
@@ -279,6 +281,9 @@ impl TimelineSink for ImpactLog {
             // The recorder gives an impact's poses right before its rows.
             let poses: Vec<PoseRow> = latest_of_each(self.recent.drain(..).filter(takes_part));
             self.timeline.poses.extend(poses);
+            // A body that was hit at rest.
+            let hit = [row.body_a, row.body_b].into_iter();
+            self.timeline.poses.extend(hit.filter_map(|body| self.resting.needed(body)));
         }
         let gentle =
             row.impact_id == 0 && [row.body_a, row.body_b].iter().any(|id| self.followed.contains(id));
@@ -290,7 +295,7 @@ impl TimelineSink for ImpactLog {
 
     fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
         if self.followed.contains(&row.body) {
-            self.timeline.poses.push(*row);
+            self.timeline.poses.extend(self.resting.kept(row));
             return Ok(());
         }
         // Poses at the pose rate that no impact follows are of no use.

@@ -24,6 +24,7 @@ mod implicit_bodies;
 mod last_keys;
 mod lasting_contacts;
 mod long_recordings;
+mod long_rests;
 mod mesh_file_class;
 mod mesh_reader;
 mod modal_cache;

@@ -6,9 +6,10 @@ use clangor_core::body::BodyId;
 use clangor_core::timeline::Timeline;
 
 use crate::formats::timeline_file::{TimelineError, TimelineReader};
+use crate::stages::resting_poses::RestingPoses;
 
-/// The impacts of a timeline folder and the poses of their bodies at them, and all poses of the bodies that
-/// are `followed` and of their pieces, and all recorded forces, leaving the rest on the disk;
+/// The impacts of a timeline folder and the poses of their bodies at them, and all poses but those of rest of
+/// the bodies that are `followed` and of their pieces, and all recorded forces, leaving the rest on the disk;
 /// with `rolling`, what touches them gently too.
 ///
 /// # Errors
@@ -43,11 +44,14 @@ pub fn read_impacts(
     // A pose at an impact has its very time; where there is none, its neighbours at the pose rate are needed.
     let margin =
         if reader.header().origin.pose_rate > 0.0 { 1.5 / reader.header().origin.pose_rate } else { 0.0 };
+    let mut resting = RestingPoses::default();
     for row in reader.poses()? {
         let row = row?;
         let after = times.partition_point(|t| *t < row.time - margin);
-        if followed.contains(&row.body) || times.get(after).is_some_and(|t| *t <= row.time + margin) {
-            timeline.poses.push(row);
+        if times.get(after).is_some_and(|t| *t <= row.time + margin) {
+            timeline.poses.extend(resting.always(&row));
+        } else if followed.contains(&row.body) {
+            timeline.poses.extend(resting.kept(&row));
         }
     }
     timeline.poses.sort_by(|a, b| a.time.total_cmp(&b.time));

@@ -9,10 +9,11 @@
 //! w = (1 − (g − g₀)/(β d))²        g₀ smallest gap, g − g₀ < β d, β = ¼
 //! ```
 //!
-//! and 0.001 at least; a point of the fit with a wider gap keeps w = 1. The impulses are those of least Σ |j|²/(m_j w) that explain as much as the fit
-//! ([`lasting_fit`](crate::motion)), which excite other modes than a single one. Frames that are too long to
-//! tell gaps of micrometres (below 600 Hz) keep the fewest points. It is not the distribution of the real
-//! pressure, which poses do not tell; the renderer solves the contact at these points.
+//! and 0.001 at least; a point of the fit with a wider gap keeps w = 1. The impulses are those of least
+//! Σ |j|²/(m_j w) that explain as much as the fit ([`lasting_fit`](crate::motion)), which excite other modes
+//! than a single one. Frames that are too long to tell gaps of micrometres (below 600 Hz) keep the fewest
+//! points. It is not the distribution of the real pressure, which poses do not tell; the renderer solves the
+//! contact at these points.
 
 use std::ops::Range;
 

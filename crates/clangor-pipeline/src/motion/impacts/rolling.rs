@@ -10,8 +10,8 @@
 //!
 //! with the restitution e of the pair and the length h of a frame: an impact loses energy, and one that loses
 //! little parts the surfaces by about |v⁻| h, at least where |v⁻| > 2 g h. A block that falls over keeps its
-//! edge on the floor too, but loses 1 − e² of what drives it. What a pair does within two and a half frames of
-//! that, while its surfaces stay together, is the same motion.
+//! edge on the floor too, but loses 1 − e² of what drives it. What a pair does within two and a half frames
+//! of that, while its surfaces stay together, is the same motion.
 
 use std::collections::BTreeSet;
 

@@ -82,8 +82,6 @@ pub(super) fn solve_band(
     let planned = pending.len() + TESTS;
     let mut samples: Vec<RadiationSample> = Vec::new();
     let mut functions: Vec<FunctionSample> = Vec::new();
-    // What is fitted: the functions, or with many samples sums of them.
-    let mut fitted: Vec<FunctionSample> = Vec::new();
     let mut last: Option<NestedFits> = None;
     let mut last_motions: Option<MotionFits> = None;
     let tolerance = 0.3 * band.tolerance;
@@ -107,22 +105,23 @@ pub(super) fn solve_band(
         let by_motion = last_motions.as_ref().map_or(f64::INFINITY, |fits| worst(&|t| fits.error_at(t)));
         // Rational fit of all samples, and of each motion where there are many.
         functions.extend(tested);
-        fitted = if functions.len() < MANY { functions.clone() } else { extended(fitted, &functions) };
-        let now = fit_from(&fitted, known_nodes(last.as_ref(), functions.len()), tolerance, functions.len());
+        let now =
+            fit_from(&functions, known_nodes(last.as_ref(), functions.len()), tolerance, functions.len());
         let used_up = functions.len() + TESTS > band.most_solves;
         // Accept once a held-out error meets the tolerance or the solves are used up.
         if last.is_some() && (held_out <= band.tolerance || used_up && held_out <= by_motion) {
             // A fit that went on from another one may have more nodes than it needs.
             let is_whole = functions.len() < MANY;
-            let fit = if is_whole { now.best } else { fit_nested(&fitted, tolerance, functions.len()).best };
+            let fit =
+                if is_whole { now.best } else { fit_nested(&functions, tolerance, functions.len()).best };
             let ring_time = ring_time(&functions, &fit, band.highest);
             let order = ascending(&functions);
             let solves = samples.len();
             let fit = renumbered(fit, &order);
             return Ok(FittedBand { samples: reordered(samples, &order), fit, solves, held_out, ring_time });
         }
-        let motions = (functions.len() >= MANY)
-            .then(|| MotionFits::new(&functions, &fitted, tolerance, last_motions.as_ref()));
+        let motions =
+            (functions.len() >= MANY).then(|| MotionFits::new(&functions, tolerance, last_motions.as_ref()));
         if let Some(fits) = motions.as_ref().filter(|_| by_motion <= band.tolerance || used_up) {
             return Ok(common_fit(fits, &samples, (radius, band.highest, tolerance), by_motion));
         }
@@ -135,15 +134,6 @@ pub(super) fn solve_band(
         last = Some(now);
         last_motions = motions;
     }
-}
-
-/// Sums of the functions: those there are, if they are sums, and those of the samples that they lack.
-fn extended(mut sums: Vec<FunctionSample>, functions: &[FunctionSample]) -> Vec<FunctionSample> {
-    if sums.first().is_some_and(|sum| sum.group == functions[0].group) {
-        sums.clear();
-    }
-    sums.extend(functions[sums.len()..].iter().map(sketched));
-    sums
 }
 
 /// Nodes of the fit to the samples before, from which that to so many starts.
@@ -174,8 +164,9 @@ fn common_fit(
     let tolerance = tolerance.max(COMMON_SHARE * held_out);
     let mut samples = motions.resampled(solved, radius);
     let mut functions: Vec<FunctionSample> = samples.par_iter().map(|s| functions_of(s, radius)).collect();
+    // Several for each node, so that sums of the functions tell the nodes.
     let mut sums: Vec<FunctionSample> = functions.iter().map(sketched).collect();
-    let mut fits = fit_nested(&sums, tolerance, functions.len());
+    let mut fits = fit_nested(&sums, tolerance, sums.len());
     // Its own poles between the samples made are tested by samples there.
     for _ in 0..MOST_REFITS {
         let fit = &fits.best;
@@ -191,9 +182,9 @@ fn common_fit(
             break;
         }
         functions.extend(added.iter().map(|sample| functions_of(sample, radius)));
+        sums.extend(functions[sums.len()..].iter().map(sketched));
         samples.extend(added);
-        sums = extended(sums, &functions);
-        fits = fit_from(&sums, kept_nodes(&fits), tolerance, functions.len());
+        fits = fit_from(&sums, kept_nodes(&fits), tolerance, sums.len());
     }
     let fit = fits.best;
     for i in &fit.support {

@@ -33,18 +33,14 @@ pub(super) struct MotionFits {
 
 impl MotionFits {
     /// Fits each motion with the fewest nodes that reach `tolerance`, from most of the nodes `before` on, of
-    /// fits to the first of these functions. What is fitted are their `sums`.
-    pub(super) fn new(
-        functions: &[FunctionSample],
-        sums: &[FunctionSample],
-        tolerance: f64,
-        before: Option<&MotionFits>,
-    ) -> Self {
-        let of = |all: &[FunctionSample], d: usize| all.iter().map(|f| of_motion(f, d)).collect::<Vec<_>>();
+    /// fits to the first of these functions.
+    pub(super) fn new(functions: &[FunctionSample], tolerance: f64, before: Option<&MotionFits>) -> Self {
+        let of = |d: usize| functions.iter().map(|f| of_motion(f, d)).collect::<Vec<_>>();
+        let functions: Vec<Vec<FunctionSample>> = (0..RIGID_DOFS).map(of).collect();
         let from = |d: usize| before.map_or(&[][..], |before| kept_nodes(&before.fits[d]));
-        let fit = |d: usize| fit_from(&of(sums, d), from(d), tolerance, sums.len());
+        let fit = |d: usize| fit_from(&functions[d], from(d), tolerance, functions[d].len());
         let fits = (0..RIGID_DOFS).map(fit).collect();
-        MotionFits { functions: (0..RIGID_DOFS).map(|d| of(functions, d)).collect(), fits }
+        MotionFits { functions, fits }
     }
 
     /// The largest error of any motion at a sample that was not fitted.

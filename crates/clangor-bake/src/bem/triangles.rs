@@ -50,12 +50,14 @@ mod far;
 pub mod field;
 mod incident_waves;
 pub(crate) mod lanes;
+mod motion_multipoles;
 mod near;
 mod pair_integrals;
 mod pair_rules;
 mod panels;
 mod parity_classes;
 mod reception;
+mod rotation;
 mod surface_pressure;
 pub(crate) mod sweep;
 
@@ -65,7 +67,7 @@ use near::NearSystem;
 use pair_integrals::parity;
 use panels::{Panels, along_curve};
 use parity_classes::ParityClass;
-use reception::turn;
+use rotation::MultipoleRotation;
 use sweep::Sweep;
 
 pub use dense_system::DenseSystem;
@@ -110,6 +112,8 @@ pub struct TriangleSolver {
     far: FarSystem,
     /// Harmonics up to the order of the first solve, for all later ones.
     harmonics: OnceLock<Option<SurfaceHarmonics>>,
+    /// Likewise.
+    rotation: OnceLock<MultipoleRotation>,
     /// What many wavenumbers share.
     sweep: Option<Sweep>,
 }
@@ -186,7 +190,7 @@ impl TriangleSolver {
         let near = NearSystem::new(&panels, &images, highest * radius, effort);
         let far = FarSystem::new(&panels, &images, near.images.iter().map(|image| &image.pairs[..]));
         let frame = symmetric.frame;
-        let harmonics = OnceLock::new();
+        let (harmonics, rotation) = (OnceLock::new(), OnceLock::new());
         Ok(Self {
             mesh,
             radius,
@@ -200,6 +204,7 @@ impl TriangleSolver {
             near,
             far,
             harmonics,
+            rotation,
             sweep: None,
         })
     }
@@ -232,7 +237,7 @@ impl TriangleSolver {
                 .collect()
         });
         if self.frame != DMat3::IDENTITY {
-            turn(self.frame, order, &mut coefficients);
+            self.rotation(order).apply(&mut coefficients);
         }
         let surface_pressure = self.whole_pressures(&of_cell);
         Ok(RadiationSample { wavenumber: Complex64::new(wavenumber, 0.0), coefficients, surface_pressure })
@@ -300,6 +305,16 @@ impl TriangleSolver {
     /// The harmonics of the projection up to an order, computed by the first call.
     fn kept_harmonics(&self, order: usize) -> Option<&SurfaceHarmonics> {
         self.harmonics.get_or_init(|| self.surface_harmonics(order, self.radius)).as_ref()
+    }
+
+    /// The rotation of multipoles up to an order to the body's frame, kept for the order of the first call.
+    fn rotation(&self, order: usize) -> Cow<'_, MultipoleRotation> {
+        let kept = self.rotation.get_or_init(|| MultipoleRotation::new(self.frame, order));
+        if order <= kept.order() {
+            Cow::Borrowed(kept)
+        } else {
+            Cow::Owned(MultipoleRotation::new(self.frame, order))
+        }
     }
 
     /// iγ at a wavenumber [1/R].

@@ -149,8 +149,10 @@ pub fn predict(
     let count = samples.first().map_or(0, |s| s.values.len());
     let mut above = vec![Complex64::ZERO; count];
     let mut below = Complex64::ZERO;
+    // At a node the value is that of its sample.
+    let nearest = (1e-14 * (1.0 + s.norm())).powi(2);
     for (&i, node) in support.iter().zip(nodes) {
-        if (s - node.s).norm() < 1e-14 * (1.0 + s.norm()) {
+        if (s - node.s).norm_sqr() < nearest {
             return samples[i].values.clone();
         }
         let here = node.weight / (s - node.s);

@@ -10,7 +10,6 @@
 
 use clangor_core::math::radial::{regular, reverse_bessel};
 use clangor_core::math::spherical_harmonics::{count, solid_harmonics_with_gradient};
-use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
@@ -20,7 +19,7 @@ use super::parity_classes::ParityClass;
 use super::{TriangleSolver, narrow};
 
 /// Points of the quadrature on a triangle.
-const POINTS: usize = 6;
+pub(super) const POINTS: usize = 6;
 /// Most memory of the harmonics [bytes].
 const MEMORY: usize = 1 << 30;
 
@@ -28,9 +27,9 @@ const MEMORY: usize = 1 << 30;
 #[derive(Clone, Debug)]
 pub struct SurfaceHarmonics {
     /// Highest order.
-    order: usize,
+    pub(super) order: usize,
     /// By triangle, point, and value or slope.
-    values: Vec<f64>,
+    pub(super) values: Vec<f64>,
 }
 
 /// What a wavenumber and its harmonics have in common.
@@ -59,7 +58,7 @@ impl TriangleSolver {
     }
 
     /// Harmonics and their normal slopes at the points of a triangle.
-    fn harmonics_on(&self, t: usize, scale: f64, order: usize, values: &mut [f64]) {
+    pub(super) fn harmonics_on(&self, t: usize, scale: f64, order: usize, values: &mut [f64]) {
         let normal = self.panels.normals[t];
         let (mut harmonics, mut gradients) = (Vec::new(), Vec::new());
         for ((shares, _), values) in six_points().iter().zip(values.chunks_exact_mut(2 * count(order))) {
@@ -118,72 +117,6 @@ impl TriangleSolver {
             }
         }
         right
-    }
-
-    /// Outgoing multipoles of the six motions up to `order` on the sphere of the bounding radius, in units of
-    /// it, from their pressures at the vertices of the cell, along and about the axes of the cell:
-    ///
-    /// ```text
-    /// cₙₘ = θₙ(ik) ∮ [ p ∂u/∂n + a_n u ] dS
-    /// ```
-    ///
-    /// (`fitting::multipole_projection`). By symmetry the integral is that over the cell times the number of
-    /// images, or zero.
-    pub(super) fn multipoles_of_cell(
-        &self,
-        wavenumber: f64,
-        order: usize,
-        pressures: &[[Complex64; RIGID_DOFS]],
-        known: Option<&SurfaceHarmonics>,
-    ) -> [Vec<Complex64>; RIGID_DOFS] {
-        let kappa = wavenumber * self.radius;
-        let wave = Wave { square: kappa * kappa, coupling: -1.0, scale: 1.0, order };
-        let known = known.filter(|known| known.order >= order);
-        let stored = known.map_or(order, |known| known.order);
-        let share = 2 * POINTS * count(stored);
-        let mut own = vec![0.0; if known.is_some() { 0 } else { share }];
-        let mut sums = vec![[0.0; 2]; 3 * count(order)];
-        // Real and imaginary parts of the integrals over the cell, for each harmonic and motion.
-        let mut parts = vec![[0.0; 2 * RIGID_DOFS]; count(order)];
-        for t in 0..self.panels.triangles.len() {
-            let harmonics = match known {
-                Some(known) => &known.values[t * share..][..share],
-                None => {
-                    self.harmonics_on(t, 1.0, order, &mut own);
-                    &own
-                }
-            };
-            self.tested(t, &wave, harmonics, count(stored), &mut sums);
-            let motions = self.panels.motions(t);
-            for ((corner, vertex), sums) in
-                self.panels.triangles[t].iter().enumerate().zip(sums.chunks_exact(count(order)))
-            {
-                let p = &pressures[*vertex as usize];
-                let area = self.panels.areas[t];
-                let by_slope: [f64; 2 * RIGID_DOFS] =
-                    std::array::from_fn(|q| area * if q % 2 == 0 { p[q / 2].re } else { p[q / 2].im });
-                let by_value: [f64; 2 * RIGID_DOFS] =
-                    std::array::from_fn(|q| if q % 2 == 0 { area * motions[corner][q / 2] } else { 0.0 });
-                for (parts, [value, slope]) in parts.iter_mut().zip(sums) {
-                    for ((part, p), a) in parts.iter_mut().zip(&by_slope).zip(&by_value) {
-                        *part += slope * p + value * a;
-                    }
-                }
-            }
-        }
-        let mut theta = Vec::new();
-        reverse_bessel(Complex64::new(0.0, kappa), order, &mut theta);
-        let images = self.images.len() as f64;
-        let mut coefficients = std::array::from_fn(|_| vec![Complex64::ZERO; count(order)]);
-        for class in &self.classes {
-            for i in self.members(class, order) {
-                for d in &class.motions {
-                    let integral = Complex64::new(parts[i][2 * d], parts[i][2 * d + 1]);
-                    coefficients[*d][i] = theta[i.isqrt()] * integral * images;
-                }
-            }
-        }
-        coefficients
     }
 
     /// u + γ ∂u/∂n on a triangle against its three shape functions, by corner and harmonic.

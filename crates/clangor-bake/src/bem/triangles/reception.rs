@@ -25,7 +25,6 @@ use super::dense_system::ClassSystem;
 use super::incident_waves::SurfaceHarmonics;
 use super::parity_classes::ParityClass;
 use super::{TriangleSolver, narrow, widen};
-use crate::quadrature::gauss_legendre;
 use crate::radiation::RadiationError;
 
 /// Fraction of a motion in a parity class below which the asymmetry comes from the mesh of the elements, not
@@ -97,7 +96,7 @@ impl TriangleSolver {
         }
         // Rotation from the cell's frame to the body's.
         if self.frame != DMat3::IDENTITY {
-            turn(self.frame, order, &mut coefficients);
+            self.rotation(order).apply(&mut coefficients);
         }
         if coefficients.iter().flatten().all(|c| c.is_finite()) {
             Ok(coefficients)
@@ -160,42 +159,5 @@ impl TriangleSolver {
             }
         }
         (0..count(order)).filter(|harmonic| is_member[*harmonic]).collect()
-    }
-}
-
-/// Rotates multipoles from the cell's frame to the body's: cₙₘ = Σ c'ₙₘ' ∫ Yₙₘ(d) Yₙₘ'(Fᵀd) dΩ.
-pub(super) fn turn(frame: DMat3, order: usize, coefficients: &mut [Vec<Complex64>]) {
-    // Rotation of each order: rows of the body's frame, columns of the cell's.
-    let mut rotations: Vec<Vec<f64>> = (0..=order).map(|n| vec![0.0; (2 * n + 1).pow(2)]).collect();
-    let (mut there, mut here) = (Vec::new(), Vec::new());
-    // Exact quadrature over the sphere: Gauss–Legendre in z, trapezoid in φ.
-    let around = 2 * order + 2;
-    for (u, weight) in gauss_legendre(order + 1) {
-        for k in 0..around {
-            let phi = std::f64::consts::TAU * k as f64 / around as f64;
-            let z = 2.0 * u - 1.0;
-            let across = (1.0 - z * z).sqrt();
-            let direction = DVec3::new(across * phi.cos(), across * phi.sin(), z);
-            solid_harmonics(direction, order, &mut here);
-            solid_harmonics(frame.transpose() * direction, order, &mut there);
-            let weight = 4.0 * std::f64::consts::PI * weight / around as f64;
-            for (n, rotation) in rotations.iter_mut().enumerate() {
-                let of_order = n * n..(n + 1) * (n + 1);
-                let rows = rotation.chunks_exact_mut(2 * n + 1);
-                for (row, y) in rows.zip(&here[of_order.clone()]) {
-                    let share = weight * y;
-                    row.iter_mut().zip(&there[of_order.clone()]).for_each(|(sum, y)| *sum += share * y);
-                }
-            }
-        }
-    }
-    for of_motion in coefficients {
-        for (n, rotation) in rotations.iter().enumerate() {
-            let own = &mut of_motion[n * n..(n + 1) * (n + 1)];
-            let of_cell = own.to_vec();
-            for (c, row) in own.iter_mut().zip(rotation.chunks_exact(2 * n + 1)) {
-                *c = row.iter().zip(&of_cell).map(|(share, c)| c * share).sum();
-            }
-        }
     }
 }

@@ -23,6 +23,7 @@ mod entry_table;
 mod load_table;
 mod phased_column;
 mod refinement;
+mod spares;
 
 use std::sync::OnceLock;
 
@@ -32,6 +33,7 @@ use rayon::prelude::*;
 use self::anchors::Anchors;
 use self::entry_table::EntryTable;
 use self::load_table::LoadTable;
+use self::spares::Spares;
 use super::dense_system::ClassSystem;
 use super::{TriangleSolver, narrow};
 
@@ -59,6 +61,7 @@ pub(super) struct Sweep {
     band: Band,
     tables: OnceLock<(EntryTable, LoadTable)>,
     anchors: Anchors,
+    spares: Spares,
 }
 
 impl TriangleSolver {
@@ -75,6 +78,7 @@ impl TriangleSolver {
             band,
             tables: OnceLock::new(),
             anchors: Anchors::new(&self.classes, &band, MEMORY - tables),
+            spares: Spares::default(),
         });
         Self { sweep, ..self }
     }
@@ -104,14 +108,14 @@ impl Sweep {
     /// [`prepare`](Self::prepare).
     pub(super) fn solve(&self, solver: &TriangleSolver, k: f64) -> Option<Vec<Vec<Complex32>>> {
         let systems = self.systems(solver, k)?;
-        Some(self.anchors.solve(k, systems))
+        Some(self.anchors.solve(k, systems, &self.spares))
     }
 
     /// The systems at a wavenumber [1/R].
     fn systems(&self, solver: &TriangleSolver, k: f64) -> Option<Vec<ClassSystem>> {
         let (entries, loads) = self.tables.get()?;
         let loads = loads.at(k);
-        let matrices = entries.matrices(&solver.classes, k);
+        let matrices = entries.matrices(&solver.classes, k, &self.spares);
         let systems = solver.classes.iter().zip(matrices).map(|(class, matrix)| {
             let right = class.motions.iter().flat_map(|d| class.vertices().map(|v| narrow(loads[v][*d])));
             ClassSystem { size: class.size, right: right.collect(), matrix }

@@ -6,6 +6,7 @@ use num_complex::Complex32;
 
 use super::Band;
 use super::refinement::{Start, refine};
+use super::spares::Spares;
 use crate::bem::triangles::dense_system::{ClassSystem, Factors};
 use crate::bem::triangles::parity_classes::ParityClass;
 
@@ -80,14 +81,20 @@ impl Anchors {
         });
     }
 
-    /// The unknowns of each class, one motion after the other.
-    pub(super) fn solve(&self, k: f64, systems: Vec<ClassSystem>) -> Vec<Vec<Complex32>> {
+    /// The unknowns of each class, one motion after the other. Matrices go to `spares` afterwards.
+    pub(super) fn solve(&self, k: f64, systems: Vec<ClassSystem>, spares: &Spares) -> Vec<Vec<Complex32>> {
         let Some(anchors) = self.nearest(k).and_then(|anchor| self.anchors[anchor].get()) else {
             return systems.into_iter().map(ClassSystem::solve).collect();
         };
         let solve = |(system, anchor): (ClassSystem, &Anchor)| {
             let start = Start { factors: &anchor.factors, solution: &anchor.solution };
-            refine(&system, start, self.error).unwrap_or_else(|| system.solve())
+            match refine(&system, start, self.error) {
+                Some(solution) => {
+                    spares.keep(system.matrix);
+                    solution
+                }
+                None => system.solve(),
+            }
         };
         systems.into_iter().zip(anchors).map(solve).collect()
     }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::Band;
 use super::chebyshev::{count, nodes, weights};
 use super::phased_column::{PhasedColumn, Points, stride};
+use super::spares::Spares;
 use crate::bem::triangles::TriangleSolver;
 use crate::bem::triangles::far::ClassMatrix;
 use crate::bem::triangles::parity_classes::ParityClass;
@@ -41,15 +42,15 @@ impl EntryTable {
         Self { nodes, vertices, points, images, values }
     }
 
-    /// The matrices of some classes, column by column, at a wavenumber [1/R].
-    pub(super) fn matrices(&self, classes: &[ParityClass], k: f64) -> Vec<Vec<Complex32>> {
+    /// The matrices of some classes, column by column, at a wavenumber [1/R], in memory of `spares`.
+    pub(super) fn matrices(&self, classes: &[ParityClass], k: f64, spares: &Spares) -> Vec<Vec<Complex32>> {
         let weights = weights(&self.nodes, k);
         let weights: Vec<f32> =
             weights.iter().zip(&self.nodes).map(|(w, node)| (w * node / k) as f32).collect();
         let rows = self.vertices.len();
         let stride = stride(rows);
         let mut matrices: Vec<Vec<Complex32>> =
-            classes.iter().map(|class| vec![Complex32::ZERO; class.size * class.size]).collect();
+            classes.iter().map(|class| spares.take(class.size * class.size)).collect();
         let mut column = vec![0.0_f32; 2 * stride];
         let mut terms = Vec::with_capacity(weights.len());
         for (j, vertex) in self.vertices.iter().enumerate() {
@@ -69,7 +70,9 @@ impl EntryTable {
                     let matrix = &mut matrix[at * class.size..][..class.size];
                     for ((row, re), im) in class.unknowns.iter().zip(re).zip(im) {
                         if let Some(entry) = matrix.get_mut(*row as usize) {
-                            *entry += Complex32::new(sign * re, sign * im);
+                            let value = Complex32::new(sign * re, sign * im);
+                            // Each entry has a part from every image.
+                            *entry = if g == 0 { value } else { *entry + value };
                         }
                     }
                 }

@@ -10,6 +10,8 @@
 //! and over the solutions of the neighbour. M⁻¹r estimates the error. Source: S. C. Eisenstat, H. C. Elman
 //! and M. H. Schultz, SIAM J. Numer. Anal. 20 (1983).
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex32, Complex64};
 
 use crate::bem::triangles::dense_system::{ClassSystem, Factors, product};
@@ -26,10 +28,11 @@ pub(super) struct Start<'a> {
     pub(super) solution: &'a [Complex32],
 }
 
-/// A direction of the search and its image by the matrix, of length 1.
-struct Direction {
-    step: Vec<Complex64>,
-    image: Vec<Complex64>,
+/// Directions of the search, and their images by the matrix, which are orthonormal: column after column.
+#[derive(Default)]
+struct Directions {
+    steps: Vec<Complex64>,
+    images: Vec<Complex64>,
 }
 
 /// The unknowns, one right-hand side after the other; `None` where the neighbour is too far.
@@ -37,20 +40,18 @@ pub(super) fn refine(system: &ClassSystem, start: Start<'_>, error: f64) -> Opti
     let size = system.size.max(1);
     let mut residual: Vec<Complex64> = system.right.iter().map(|z| widen(*z)).collect();
     let mut solution = vec![Complex64::ZERO; residual.len()];
-    let mut directions: Vec<Direction> = Vec::new();
+    let mut directions = Directions::default();
     let mut steps = start.solution.to_vec();
     for _ in 0..MOST {
+        // New directions, and what they explain of each residual.
         let images = product(&system.matrix, system.size, &steps);
-        for (step, image) in steps.chunks_exact(size).zip(images.chunks_exact(size)) {
-            let Some(direction) = Direction::new(step, image, &directions) else { continue };
-            let columns = residual.chunks_exact_mut(size).zip(solution.chunks_exact_mut(size));
-            for (residual, solution) in columns {
-                let share = dot(&direction.image, residual);
-                add(residual, &direction.image, -share);
-                add(solution, &direction.step, share);
-            }
-            directions.push(direction);
-        }
+        let first = directions.images.len();
+        directions.extend(&steps, &images, size);
+        let (steps_now, images_now) = (&directions.steps[first..], &directions.images[first..]);
+        let shares = shares(images_now, &residual, size);
+        add(&mut residual, -1.0, (images_now, &shares), size);
+        add(&mut solution, 1.0, (steps_now, &shares), size);
+        // What is left, by the factors of the neighbour.
         steps = residual.iter().map(|z| narrow(*z)).collect();
         start.factors.solve(&mut steps);
         let is_solved = |(step, solution): (&[Complex32], &[Complex64])| {
@@ -64,41 +65,73 @@ pub(super) fn refine(system: &ClassSystem, start: Start<'_>, error: f64) -> Opti
     None
 }
 
-impl Direction {
-    /// Makes the image orthogonal to those of other directions, and of length 1; `None` if nothing is left.
-    fn new(step: &[Complex32], image: &[Complex32], others: &[Direction]) -> Option<Self> {
-        let mut own = Direction {
-            step: step.iter().map(|z| widen(*z)).collect(),
-            image: image.iter().map(|z| widen(*z)).collect(),
-        };
-        let whole = length(&own.image).sqrt();
-        // Twice, against rounding.
-        for other in others.iter().chain(others) {
-            let share = dot(&other.image, &own.image);
-            add(&mut own.image, &other.image, -share);
-            add(&mut own.step, &other.step, -share);
+impl Directions {
+    /// Adds steps, their images made orthogonal to those before and of length 1; without those of which
+    /// nothing is left.
+    fn extend(&mut self, steps: &[Complex32], images: &[Complex32], size: usize) {
+        let mut steps: Vec<Complex64> = steps.iter().map(|z| widen(*z)).collect();
+        let mut images: Vec<Complex64> = images.iter().map(|z| widen(*z)).collect();
+        let whole: Vec<f64> = images.chunks_exact(size).map(|image| length(image).sqrt()).collect();
+        // All together against the directions before, then each against the others; twice, against rounding.
+        let known = self.images.len();
+        for _ in 0..2 {
+            let shares = shares(&self.images[..known], &images, size);
+            add(&mut images, -1.0, (&self.images[..known], &shares), size);
+            add(&mut steps, -1.0, (&self.steps[..known], &shares), size);
         }
-        let left = length(&own.image).sqrt();
-        if left.is_nan() || left <= ABSENT * whole {
-            return None;
+        for (own, whole) in whole.into_iter().enumerate() {
+            let place = own * size..(own + 1) * size;
+            let (image, step) = (&mut images[place.clone()], &mut steps[place]);
+            for _ in 0..2 {
+                let shares = shares(&self.images[known..], image, size);
+                add(image, -1.0, (&self.images[known..], &shares), size);
+                add(step, -1.0, (&self.steps[known..], &shares), size);
+            }
+            let left = length(image).sqrt();
+            if left.is_nan() || left <= ABSENT * whole {
+                continue;
+            }
+            self.images.extend(image.iter().map(|z| z / left));
+            self.steps.extend(step.iter().map(|z| z / left));
         }
-        own.image.iter_mut().chain(&mut own.step).for_each(|z| *z /= left);
-        Some(own)
     }
 }
 
-/// Σ conj(a) b.
-fn dot(a: &[Complex64], b: &[Complex64]) -> Complex64 {
-    a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+/// Products conj(a)·b of all columns a of one matrix, `size` long, with all columns b of another.
+fn shares(of: &[Complex64], columns: &[Complex64], size: usize) -> Vec<Complex64> {
+    let (count, width) = (of.len() / size, columns.len() / size);
+    let mut shares = vec![Complex64::ZERO; count * width];
+    if count > 0 {
+        matmul(
+            MatMut::from_column_major_slice_mut(&mut shares, count, width),
+            Accum::Replace,
+            MatRef::from_column_major_slice(of, size, count).adjoint(),
+            MatRef::from_column_major_slice(columns, size, width),
+            Complex64::ONE,
+            Par::Seq,
+        );
+    }
+    shares
+}
+
+/// Adds these shares of the columns of a matrix, times a factor, to each column of another.
+fn add(columns: &mut [Complex64], factor: f64, (what, shares): (&[Complex64], &[Complex64]), size: usize) {
+    let (count, width) = (what.len() / size, columns.len() / size);
+    if count > 0 {
+        matmul(
+            MatMut::from_column_major_slice_mut(columns, size, width),
+            Accum::Add,
+            MatRef::from_column_major_slice(what, size, count),
+            MatRef::from_column_major_slice(shares, count, width),
+            factor.into(),
+            Par::Seq,
+        );
+    }
 }
 
 /// Square of the length.
 fn length(a: &[Complex64]) -> f64 {
     a.iter().map(Complex64::norm_sqr).sum()
-}
-
-fn add(to: &mut [Complex64], what: &[Complex64], share: Complex64) {
-    to.iter_mut().zip(what).for_each(|(to, what)| *to += share * what);
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@
 //! The sums have the poles of the functions, and in the mean their mean square, so that a fit to them has
 //! nearly the same nodes and weights from n/m times fewer rows (Güttel, Kressner and Vandereycken 2022,
 //! "Randomized sketching of nonlinear eigenvalue problems"). Not for the errors of a fit at frequencies held
-//! out: those are of all functions. Nor for fits with about as many nodes as samples: the sums of a mug at 109
-//! frequencies were fitted to 0.2 % by 81 nodes that left 15 % in the functions.
+//! out: those are of all functions. Nor for fits with about as many nodes as samples: the sums of a mug at
+//! 109 frequencies were fitted to 0.2 % by 81 nodes that left 15 % in the functions.
 
 use clangor_core::math::random::SplitMix;
 use num_complex::Complex64;

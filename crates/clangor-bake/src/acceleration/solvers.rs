@@ -105,16 +105,21 @@ fn symmetric_patches(solver: SymmetricPatchSolver, highest: f64) -> Prepared {
     }
 }
 
-/// Most solves for each unit of κ of a vessel with a narrow mouth: a sphere 110 mm wide with a mouth of 19 mm
-/// takes 7 for 1 %.
+/// Most solves for each unit of κ of a body with cavities, as triangles, and of a vessel with a narrow mouth:
+/// a sphere 110 mm wide with a mouth of 19 mm takes 7 for 1 %.
 const SOLVES_OF_VESSEL: f64 = 12.0;
+
+/// Most solves of such a body up to κ.
+fn solves_of_vessel(kappa: f64) -> usize {
+    ((SOLVES_OF_VESSEL * kappa) as usize).max(LEAST_SOLVES)
+}
 
 /// Boundary elements on the meridian.
 fn meridian(Axisymmetry { meridian, axis }: &Axisymmetry<'_>, options: &BakeOptions) -> Prepared {
     let settings = AxisymmetricOptions::new(options.max_wavenumber);
     let mut solver = AxisymmetricSolver::new(meridian, *axis, settings);
     let unknowns = solver.unknowns();
-    let of_vessel = (SOLVES_OF_VESSEL * options.max_wavenumber * meridian.bounding_radius()) as usize;
+    let kappa = options.max_wavenumber * meridian.bounding_radius();
     if options.near_field {
         solver = solver.with_surface(NEAR_FIELD_EDGES);
     }
@@ -126,7 +131,7 @@ fn meridian(Axisymmetry { meridian, axis }: &Axisymmetry<'_>, options: &BakeOpti
         unknowns,
         warnings: Vec::new(),
         above: Vec::new(),
-        most_solves: has_narrow_mouth(meridian).then_some(of_vessel.max(LEAST_SOLVES)),
+        most_solves: has_narrow_mouth(meridian).then(|| solves_of_vessel(kappa)),
     }
 }
 
@@ -176,7 +181,7 @@ fn triangles(
         unknowns,
         warnings: thin_walls(mesh, fineness, &used),
         above: Vec::new(),
-        most_solves: None,
+        most_solves: (spacing == CAVITY_SPACING).then(|| solves_of_vessel(kappa)),
     })
 }
 

@@ -5,8 +5,9 @@
 //! ∂u/∂n = uₙ ∂(rⁿYₙₘ)/∂n − k² uₙ₊₁ (x·n) rⁿYₙₘ
 //! ```
 //!
-//! (`fitting::multipole_projection`). The harmonics and their slopes do not depend on k: those of one order at
-//! the points of some triangles are two matrices, and the integrals of all motions two products of them with
+//! (`fitting::multipole_projection`). The harmonics and their slopes do not depend on k: those of one order
+//! at the points of some triangles are two matrices, and the integrals of all motions two products of them
+//! with
 //!
 //! ```text
 //! w p uₙ    and    w (a_n uₙ − p k² (x·n) uₙ₊₁)
@@ -42,8 +43,8 @@ struct Point {
 
 impl TriangleSolver {
     /// Outgoing multipoles of the six motions up to `order` on the sphere of the bounding radius, in units of
-    /// it, from their pressures at the vertices of the cell, along and about the axes of the cell. `known` are
-    /// harmonics of at least this order.
+    /// it, from their pressures at the vertices of the cell, along and about the axes of the cell. `known`
+    /// are harmonics of at least this order.
     ///
     /// By symmetry the integral is that over the cell times the number of images, or zero.
     pub(super) fn multipoles_of_cell(

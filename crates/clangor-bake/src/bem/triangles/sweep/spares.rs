@@ -1,5 +1,5 @@
-//! Memory of matrices that are no longer used, for the next ones: fresh memory of a hundred megabytes for each
-//! wavenumber costs a tenth of the time of its solution.
+//! Memory of matrices that are no longer used, for the next ones: fresh memory of a hundred megabytes for
+//! each wavenumber costs a tenth of the time of its solution.
 
 use std::sync::{Mutex, PoisonError};
 

@@ -68,6 +68,8 @@ const MOST_REFITS: usize = 4;
 const COMMON_SHARE: f64 = 0.1;
 /// Samples from which on motions are also fitted by themselves.
 const MANY: usize = 40;
+/// Samples up to which all motions are also fitted together: a matrix of 0.9 GB.
+const MOST_TOGETHER: usize = 256;
 
 /// Solves and fits until frequencies held out are predicted to the tolerance.
 pub(super) fn solve_band(
@@ -105,15 +107,18 @@ pub(super) fn solve_band(
         let by_motion = last_motions.as_ref().map_or(f64::INFINITY, |fits| worst(&|t| fits.error_at(t)));
         // Rational fit of all samples, and of each motion where there are many.
         functions.extend(tested);
-        let now =
-            fit_from(&functions, known_nodes(last.as_ref(), functions.len()), tolerance, functions.len());
+        let now = (functions.len() <= MOST_TOGETHER).then(|| {
+            fit_from(&functions, known_nodes(last.as_ref(), functions.len()), tolerance, functions.len())
+        });
         let used_up = functions.len() + TESTS > band.most_solves;
         // Accept once a held-out error meets the tolerance or the solves are used up.
-        if last.is_some() && (held_out <= band.tolerance || used_up && held_out <= by_motion) {
+        let is_met = last.is_some() && (held_out <= band.tolerance || used_up && held_out <= by_motion);
+        if let Some(now) = now.as_ref().filter(|_| is_met) {
             // A fit that went on from another one may have more nodes than it needs.
-            let is_whole = functions.len() < MANY;
-            let fit =
-                if is_whole { now.best } else { fit_nested(&functions, tolerance, functions.len()).best };
+            let fit = match functions.len() < MANY {
+                true => now.best.clone(),
+                false => fit_nested(&functions, tolerance, functions.len()).best,
+            };
             let ring_time = ring_time(&functions, &fit, band.highest);
             let order = ascending(&functions);
             let solves = samples.len();
@@ -129,9 +134,11 @@ pub(super) fn solve_band(
         let left = band.most_solves.saturating_sub(functions.len());
         pending = match &motions {
             Some(fits) => least_certain(&functions, left.clamp(TESTS, TESTS_OF_MANY), &|s| fits.doubt(s)),
-            None => least_certain(&functions, TESTS, &|s| doubt(&functions, &now, s)),
+            None => now.as_ref().map_or_else(Vec::new, |now| {
+                least_certain(&functions, TESTS, &|s| doubt(&functions, now, s))
+            }),
         };
-        last = Some(now);
+        last = now;
         last_motions = motions;
     }
 }

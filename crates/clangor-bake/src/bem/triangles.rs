@@ -112,7 +112,7 @@ pub struct TriangleSolver {
     far: FarSystem,
     /// Harmonics up to the order of the first solve, for all later ones.
     harmonics: OnceLock<Option<SurfaceHarmonics>>,
-    /// Likewise.
+    /// Rotation of the multipoles, for the order of the first solve.
     rotation: OnceLock<MultipoleRotation>,
     /// What many wavenumbers share.
     sweep: Option<Sweep>,
@@ -307,10 +307,11 @@ impl TriangleSolver {
         self.harmonics.get_or_init(|| self.surface_harmonics(order, self.radius)).as_ref()
     }
 
-    /// The rotation of multipoles up to an order to the body's frame, kept for the order of the first call.
+    /// The rotation of multipoles up to an order to the body's frame, kept for the order of the first call. Its
+    /// last digits depend on the order: others are computed anew.
     fn rotation(&self, order: usize) -> Cow<'_, MultipoleRotation> {
         let kept = self.rotation.get_or_init(|| MultipoleRotation::new(self.frame, order));
-        if order <= kept.order() {
+        if order == kept.order() {
             Cow::Borrowed(kept)
         } else {
             Cow::Owned(MultipoleRotation::new(self.frame, order))

@@ -219,3 +219,24 @@ fn few_motions_and_many_have_the_same_multipoles() {
         assert!(apart(a, b) < 1e-7, "{:.1e}", apart(a, b));
     }
 }
+
+#[test]
+fn a_turned_body_sounds_the_same_on_any_number_of_threads() {
+    // With mirror planes off the axes, so that multipoles are rotated, and orders that differ.
+    let mut mesh = shape("key");
+    mesh.vertices
+        .iter_mut()
+        .for_each(|v| *v = DQuat::from_rotation_x(0.4) * (DQuat::from_rotation_z(0.7) * *v));
+    let acoustic = symmetric(&mesh, 1e-3, 2.5e-3);
+    let surface = faces(&mesh);
+    let shape = vec![DVec3::X; surface.nodes.len()];
+    let reaches = [0.5, 1.0, 2.0, 3.0, 4.0, 6.0];
+    let motions = reaches.map(|reach| ModalMotion { wavenumber: reach / surface.radius(), shape: &shape });
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| solve(&BemModalSolver::on(acoustic.clone()), &surface, &motions))
+    };
+    let one = with(1);
+    assert!(one.iter().any(|transfer| transfer.order != one[0].order));
+    assert!(one == with(3));
+}

@@ -51,8 +51,9 @@ impl LevelMeter {
     /// \[Pa\].
     pub fn new(channels: u16, sample_rate: u32, full_scale: f64) -> Self {
         let count = usize::from(channels);
-        // The histogram keeps memory constant for any length.
-        let mut loudness = EbuR128::new(channels.into(), sample_rate, Mode::I | Mode::HISTOGRAM).ok();
+        // Without a histogram, which ends at 30 LUFS: pressures of 30 times full scale are louder. An hour has
+        // 36 000 blocks of 8 bytes.
+        let mut loudness = EbuR128::new(channels.into(), sample_rate, Mode::I).ok();
         if let Some(meter) = &mut loudness
             && count > 2
         {
@@ -152,6 +153,15 @@ mod tests {
                 meter.levels().loudness
             );
         }
+    }
+
+    #[test]
+    fn loudness_has_no_upper_end() {
+        // The standard tone, 100 dB louder.
+        let mut meter = LevelMeter::new(2, 48_000, 1.0);
+        meter.add(&sine(48_000, 1000.0, 10f64.powf((100.0 - 23.0) / 20.0), 2));
+        let loudness = meter.levels().loudness.expect("two seconds");
+        assert!((loudness - 77.0).abs() < 0.1, "{loudness}");
     }
 
     #[test]

@@ -26,7 +26,7 @@ use super::TriangleSolver;
 use super::incident_waves::{POINTS, SurfaceHarmonics};
 use super::pair_rules::six_points;
 
-/// Triangles whose points share a product: their harmonics to order 30 take 2.8 MB.
+/// Triangles whose points share a product: their harmonics to order 30 take 3 MB.
 const BLOCK: usize = 32;
 /// Real and imaginary parts of the motions.
 const PARTS: usize = 2 * RIGID_DOFS;
@@ -61,7 +61,7 @@ impl TriangleSolver {
         // Real and imaginary parts of the integrals over the cell, for each harmonic and motion.
         let mut integrals = vec![0.0; PARTS * count(order)];
         let mut own = vec![0.0; if known.is_some() { 0 } else { BLOCK * share }];
-        let (mut radial, mut points) = (Vec::new(), Vec::new());
+        let (mut functions, mut radial, mut points) = (Vec::new(), Vec::new(), Vec::new());
         let triangles = self.panels.triangles.len();
         for first in (0..triangles).step_by(BLOCK) {
             let block = first..(first + BLOCK).min(triangles);
@@ -81,7 +81,6 @@ impl TriangleSolver {
                 self.add_points(t, kappa * kappa, pressures, &mut points);
                 for (shares, _) in six_points() {
                     let x = self.panels.point(t, shares);
-                    let mut functions = Vec::new();
                     regular((kappa * kappa * x.length_squared()).into(), order + 1, &mut functions);
                     radial.extend(functions.iter().map(|f| f.re));
                 }

@@ -52,7 +52,7 @@ impl MultipoleRotation {
         self.0.len().saturating_sub(1)
     }
 
-    /// Rotates the multipoles of some motions, of at most the highest order.
+    /// Rotates the multipoles of some motions.
     pub(super) fn apply(&self, coefficients: &mut [Vec<Complex64>]) {
         for of_motion in coefficients {
             for (n, rotation) in self.0.iter().enumerate() {

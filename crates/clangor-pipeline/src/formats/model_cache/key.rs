@@ -16,9 +16,9 @@ use clangor_core::sound_model::modal::model::ModalModel;
 use twox_hash::xxhash3_128::Hasher;
 
 /// To be raised when a change to the solvers changes what they compute by more than their accuracy.
-const SOLVERS: u32 = 2;
+const SOLVERS: u32 = 3;
 /// The same for fields finer than this error.
-const FINE_SOLVERS: u32 = 3;
+const FINE_SOLVERS: u32 = 4;
 const FINE: f64 = 0.01;
 /// The same for modes and their sound.
 const MODAL_SOLVERS: u32 = 3;

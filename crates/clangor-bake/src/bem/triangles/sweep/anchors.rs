@@ -81,7 +81,8 @@ impl Anchors {
         });
     }
 
-    /// The unknowns of each class, one motion after the other. Matrices go to `spares` afterwards.
+    /// The unknowns of each class, one motion after the other. Matrices of systems that the
+    /// iteration solves go to `spares`.
     pub(super) fn solve(&self, k: f64, systems: Vec<ClassSystem>, spares: &Spares) -> Vec<Vec<Complex32>> {
         let Some(anchors) = self.nearest(k).and_then(|anchor| self.anchors[anchor].get()) else {
             return systems.into_iter().map(ClassSystem::solve).collect();

@@ -71,7 +71,7 @@ impl EntryTable {
                     for ((row, re), im) in class.unknowns.iter().zip(re).zip(im) {
                         if let Some(entry) = matrix.get_mut(*row as usize) {
                             let value = Complex32::new(sign * re, sign * im);
-                            // Each entry has a part from every image.
+                            // The memory has old values: the first image replaces all of them.
                             *entry = if g == 0 { value } else { *entry + value };
                         }
                     }

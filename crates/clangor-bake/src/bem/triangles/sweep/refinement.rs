@@ -48,7 +48,7 @@ pub(super) fn refine(system: &ClassSystem, start: Start<'_>, error: f64) -> Opti
         let first = directions.images.len();
         directions.extend(&steps, &images, size);
         let (steps_now, images_now) = (&directions.steps[first..], &directions.images[first..]);
-        let shares = shares(images_now, &residual, size);
+        let shares = products(images_now, &residual, size);
         add(&mut residual, -1.0, (images_now, &shares), size);
         add(&mut solution, 1.0, (steps_now, &shares), size);
         // What is left, by the factors of the neighbour.
@@ -75,7 +75,7 @@ impl Directions {
         // All together against the directions before, then each against the others; twice, against rounding.
         let known = self.images.len();
         for _ in 0..2 {
-            let shares = shares(&self.images[..known], &images, size);
+            let shares = products(&self.images[..known], &images, size);
             add(&mut images, -1.0, (&self.images[..known], &shares), size);
             add(&mut steps, -1.0, (&self.steps[..known], &shares), size);
         }
@@ -83,7 +83,7 @@ impl Directions {
             let place = own * size..(own + 1) * size;
             let (image, step) = (&mut images[place.clone()], &mut steps[place]);
             for _ in 0..2 {
-                let shares = shares(&self.images[known..], image, size);
+                let shares = products(&self.images[known..], image, size);
                 add(image, -1.0, (&self.images[known..], &shares), size);
                 add(step, -1.0, (&self.steps[known..], &shares), size);
             }
@@ -98,7 +98,7 @@ impl Directions {
 }
 
 /// Products conj(a)·b of all columns a of one matrix, `size` long, with all columns b of another.
-fn shares(of: &[Complex64], columns: &[Complex64], size: usize) -> Vec<Complex64> {
+fn products(of: &[Complex64], columns: &[Complex64], size: usize) -> Vec<Complex64> {
     let (count, width) = (of.len() / size, columns.len() / size);
     let mut shares = vec![Complex64::ZERO; count * width];
     if count > 0 {

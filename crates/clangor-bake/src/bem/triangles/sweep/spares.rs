@@ -1,5 +1,6 @@
 //! Memory of matrices that are no longer used, for the next ones: fresh memory of a hundred megabytes for
-//! each wavenumber costs a tenth of the time of its solution.
+//! each wavenumber costs a tenth of the time of its solution. As much as systems are solved at the same time,
+//! until the solver is dropped.
 
 use std::sync::{Mutex, PoisonError};
 

@@ -307,8 +307,8 @@ impl TriangleSolver {
         self.harmonics.get_or_init(|| self.surface_harmonics(order, self.radius)).as_ref()
     }
 
-    /// The rotation of multipoles up to an order to the body's frame, kept for the order of the first call. Its
-    /// last digits depend on the order: others are computed anew.
+    /// The rotation of multipoles up to an order to the body's frame, kept for the order of the first call.
+    /// Its last digits depend on the order: others are computed anew.
     fn rotation(&self, order: usize) -> Cow<'_, MultipoleRotation> {
         let kept = self.rotation.get_or_init(|| MultipoleRotation::new(self.frame, order));
         if order == kept.order() {

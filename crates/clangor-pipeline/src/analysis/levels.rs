@@ -51,8 +51,8 @@ impl LevelMeter {
     /// \[Pa\].
     pub fn new(channels: u16, sample_rate: u32, full_scale: f64) -> Self {
         let count = usize::from(channels);
-        // Without a histogram, which ends at 30 LUFS: pressures of 30 times full scale are louder. An hour has
-        // 36 000 blocks of 8 bytes.
+        // Without a histogram, which ends at 30 LUFS: pressures of 30 times full scale are louder. An hour
+        // has 36 000 blocks of 8 bytes.
         let mut loudness = EbuR128::new(channels.into(), sample_rate, Mode::I).ok();
         if let Some(meter) = &mut loudness
             && count > 2

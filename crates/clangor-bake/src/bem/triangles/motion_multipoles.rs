@@ -125,9 +125,10 @@ impl TriangleSolver {
             };
             let pressure = |q: usize, corner: usize| {
                 let p = at_corners[corner][q / 2];
-                if q % 2 == 0 { p.re } else { p.im }
+                if q.is_multiple_of(2) { p.re } else { p.im }
             };
-            let motion = |q: usize, corner: usize| if q % 2 == 0 { motions[corner][q / 2] } else { 0.0 };
+            let motion =
+                |q: usize, corner: usize| if q.is_multiple_of(2) { motions[corner][q / 2] } else { 0.0 };
             Point {
                 along: square * self.panels.point(triangle, shares).dot(normal),
                 pressures: std::array::from_fn(|q| between(&|corner| pressure(q, corner))),

@@ -106,7 +106,7 @@ fn symmetric_patches(solver: SymmetricPatchSolver, highest: f64) -> Prepared {
 }
 
 /// Most solves for each unit of κ of a body with cavities, and of the meridian of a vessel with a narrow
-/// mouth: a sphere 110 mm wide with a mouth of 19 mm takes 7 for 1 %, and 11.7 with a slot, as triangles.
+/// mouth: a sphere 110 mm wide with a mouth of 19 mm takes 7 for 1 %, and 11.7 as uneven triangles.
 const SOLVES_OF_VESSEL: f64 = 12.0;
 
 /// Most solves of such a body up to κ.

@@ -18,8 +18,10 @@ use glam::DVec3;
 
 use super::volume_fem::spectrum;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
-use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, edge_of_cells, edge_of_nodes, expected};
-use crate::fem::supports::{Holding, Support, SupportError};
+use crate::fem::finite_cells::{
+    CellGrid, FiniteCells, Order, Planes, edge_of_cells, edge_of_nodes, expected,
+};
+use crate::fem::supports::{Holding, Support, SupportError, SupportKind, SupportRegion};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::inner_creases::Walls;
 use crate::mesh::decimate::decimate;
@@ -136,11 +138,21 @@ impl<'a> ImmersedBody<'a> {
             let (wall, most) = (self.walls.thickness, self.most_nodes);
             return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
         }
-        let grid = CellGrid::around(&self.surface, edge);
-        Ok(Immersed {
-            cells: FiniteCells::new(&self.surface, grid, order, self.walls.thickness)?,
-            edge,
-            order,
+        let grid = CellGrid::around(&self.surface, edge, &self.ends_of_clamps());
+        let cells = FiniteCells::new(&self.surface, grid, order, self.walls.thickness)?;
+        Ok(Immersed { edge: cells.edge(), cells, order })
+    }
+
+    /// Where clamps in boxes end within the body.
+    fn ends_of_clamps(&self) -> Planes {
+        let (low, high) = self.surface.bounds();
+        let boxes = self.supports.iter().filter(|support| {
+            support.kind == SupportKind::Clamped && matches!(support.region, SupportRegion::Box { .. })
+        });
+        let regions: Vec<&SupportRegion> = boxes.map(|support| &support.region).collect();
+        std::array::from_fn(|a| {
+            let ends = regions.iter().flat_map(|region| region.ends(a));
+            ends.filter(|end| *end > low[a] && *end < high[a]).collect()
         })
     }
 

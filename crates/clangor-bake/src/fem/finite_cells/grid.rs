@@ -2,6 +2,10 @@
 //!
 //! A grid may be shifted against the body by any part of a cell. Of eight positions, that with the fewest
 //! cells is taken: fewer nodes for the same resolution.
+//!
+//! Where a clamp ends inside a cell, the polynomial of the cell vanishes on a part of it, and is small on all
+//! of it: the clamp would seem longer by a part of a cell. So a grid has planes at the ends of clamps, with
+//! cells that are up to half smaller where there are several ends.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
@@ -10,6 +14,14 @@ use glam::DVec3;
 const MARGIN: f64 = 1e-12;
 /// Distance of the points that find the cells of a position, in cells.
 const PROBES: f64 = 0.25;
+
+/// Least edge of cells for the sake of planes, in the edge asked for.
+const LEAST_EDGE: f64 = 2.0 / 3.0;
+/// Distance of a plane from the grid, in cells, that is not worth smaller cells.
+const CLOSE: f64 = 1e-3;
+
+/// Places along each axis at which the grid has a plane \[m\].
+pub(crate) type Planes = [Vec<f64>; 3];
 
 /// A grid of cubes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,17 +35,29 @@ pub(crate) struct CellGrid {
 }
 
 impl CellGrid {
-    /// A grid around a surface with cells of an edge \[m\].
-    pub(crate) fn around(surface: &TriMesh, edge: f64) -> Self {
+    /// A grid around a surface with cells of an edge \[m\], or smaller ones for the sake of planes.
+    pub(crate) fn around(surface: &TriMesh, edge: f64, planes: &Planes) -> Self {
+        let edge = edge_for(planes, edge);
         let points = probes(surface, PROBES * edge);
         let (low, high) = surface.bounds();
         let aligned = |shifted: usize| {
-            let counts: [usize; 3] = std::array::from_fn(|a| {
-                let extent = (high[a] - low[a]) / edge;
-                (extent * (1.0 + MARGIN)).ceil().max(1.0) as usize + (shifted >> a & 1)
+            // Lowest corner and cells along each axis.
+            let along: [(f64, usize); 3] = std::array::from_fn(|a| {
+                let cells = |extent: f64| (extent / edge * (1.0 + MARGIN)).ceil().max(1.0);
+                match planes[a].first() {
+                    Some(plane) => {
+                        let below = if *plane > low[a] { cells(plane - low[a]) } else { 0.0 };
+                        let above = if *plane < high[a] { cells(high[a] - plane) } else { 0.0 };
+                        (plane - edge * below, (below + above) as usize)
+                    }
+                    None => {
+                        let count = cells(high[a] - low[a]) + (shifted >> a & 1) as f64;
+                        (0.5 * (low[a] + high[a]) - 0.5 * (count * edge), count as usize)
+                    }
+                }
             });
-            let extent = DVec3::from_array(counts.map(|n| n as f64)) * edge;
-            CellGrid { origin: 0.5 * (low + high) - 0.5 * extent, edge, counts }
+            let origin = DVec3::from_array(along.map(|(origin, _)| origin));
+            CellGrid { origin, edge, counts: along.map(|(_, count)| count) }
         };
         let cells = |grid: &CellGrid| {
             let mut cells: Vec<[usize; 3]> = points.iter().map(|p| grid.place_of(grid.scaled(*p))).collect();
@@ -69,6 +93,26 @@ impl CellGrid {
     }
 }
 
+/// The largest edge \[m\], at most `edge`, of a grid whose planes come close to all these; or the closest.
+fn edge_for(planes: &Planes, edge: f64) -> f64 {
+    let gaps = || planes.iter().flat_map(|ends| ends.iter().skip(1).map(|end| (end - ends[0]).abs()));
+    let misfit = |edge: f64| {
+        let off = |gap: f64| (gap / edge - (gap / edge).round()).abs();
+        gaps().map(off).fold(0.0, f64::max)
+    };
+    // Edges of which a gap has a whole number, from large to small.
+    let mut edges = vec![edge];
+    for gap in gaps() {
+        let count = |edge: f64| gap / edge;
+        let counts = count(edge).ceil() as usize..=count(LEAST_EDGE * edge) as usize;
+        edges.extend(counts.filter(|n| *n > 0).map(|n| gap / n as f64));
+    }
+    edges.sort_by(|a, b| b.total_cmp(a));
+    let close = edges.iter().find(|edge| misfit(**edge) < CLOSE);
+    let closest = || edges.iter().min_by(|a, b| misfit(**a).total_cmp(&misfit(**b)));
+    close.or_else(closest).copied().unwrap_or(edge)
+}
+
 /// Points on a surface, at most `distance` \[m\] apart along the sides of triangles.
 fn probes(surface: &TriMesh, distance: f64) -> Vec<DVec3> {
     let mut points = surface.vertices.clone();
@@ -84,4 +128,33 @@ fn probes(surface: &TriMesh, distance: f64) -> Vec<DVec3> {
         }
     }
     points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_have_planes_where_they_are_asked_for() {
+        let surface = clangor_core::shape::Shape::parse("box:0.1x0.06x0.004").expect("a shape").mesh();
+        let (low, high) = surface.bounds();
+        for planes in [
+            [vec![], vec![0.013], vec![]],
+            [vec![-0.04, 0.031], vec![0.013], vec![]],
+            [vec![-0.2, 0.2], vec![], vec![0.0]],
+        ] {
+            let grid = CellGrid::around(&surface, 0.017, &planes);
+            assert!(grid.edge <= 0.017 && grid.edge > LEAST_EDGE * 0.0169, "{grid:?}");
+            for (a, ends) in planes.iter().enumerate() {
+                let scaled = |x: f64| (x - grid.origin[a]) / grid.edge;
+                for place in ends.iter().map(|end| scaled(*end)) {
+                    assert!((place - place.round()).abs() < 2.0 * CLOSE, "{grid:?} {a} {place}");
+                }
+                let [low, high] = [low[a], high[a]].map(scaled);
+                assert!(low > -1e-9 && high < grid.counts[a] as f64 + 1e-9, "{grid:?} {a}");
+            }
+            // The same grid once more from its own edge.
+            assert_eq!(CellGrid::around(&surface, grid.edge, &planes), grid);
+        }
+    }
 }

@@ -144,11 +144,6 @@ pub(crate) fn edge_of_cells(area: f64, volume: f64, cells: f64) -> f64 {
     high
 }
 
-/// The same for so many nodes of fourth order.
-pub(crate) fn edge_of_nodes(area: f64, volume: f64, nodes: f64) -> f64 {
-    edge_of_cells(area, volume, nodes / NODES_PER_CELL)
-}
-
 impl FiniteCells {
     /// The cells of a grid that contain a part of a body with walls of a thickness \[m\].
     ///

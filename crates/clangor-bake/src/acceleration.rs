@@ -192,7 +192,8 @@ pub struct Resumption<'a> {
     pub keep: &'a mut dyn FnMut(&[SolvedFrequency]),
 }
 
-/// Computes the field of a body's six rigid motions.
+/// Computes the field of a body's six rigid motions, which is that of its
+/// [outer surface](BakeGeometry::outside).
 ///
 /// `progress` receives the completed part of the work, and may stop it.
 ///
@@ -218,7 +219,7 @@ pub fn resume_bake(
     resumption: Resumption<'_>,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<(AccelerationModel, Evidence), BakeError> {
-    let prepared = prepare(geometry, options, progress)?;
+    let prepared = prepare(&geometry.outside(), options, progress)?;
     let options = BakeOptions { max_wavenumber: prepared.highest, ..*options };
     let radius = prepared.solver.reference_radius();
     let plan = SolvePlan {

@@ -82,8 +82,12 @@ pub fn of_field(geometry: &BakeGeometry, options: &BakeOptions) -> f64 {
 
 /// The work of [`bake`](crate::acceleration::bake()).
 pub fn field_cost(geometry: &BakeGeometry, options: &BakeOptions) -> FieldCost {
+    of_outside(&geometry.outside(), options)
+}
+
+fn of_outside(geometry: &BakeGeometry, options: &BakeOptions) -> FieldCost {
     if options.effort == Effort::Draft {
-        let exact = field_cost(geometry, &BakeOptions { effort: Effort::Exact, ..*options });
+        let exact = of_outside(geometry, &BakeOptions { effort: Effort::Exact, ..*options });
         let draft = FieldCost { operations: DRAFT, unknowns: exact.unknowns.min(MOST_VERTICES) };
         return if exact.operations < DRAFT { exact } else { draft };
     }
@@ -221,6 +225,7 @@ fn of_transfers(geometry: &BakeGeometry, material: &Material, options: &ModalBak
     let volume = geometry.mass_properties().map_or(0.0, |mass| mass.volume);
     let limit = first_limit(geometry, volume, material, options);
     let modes = modes_below(volume, geometry.area(), limit, material).0;
+    let geometry: &BakeGeometry = &geometry.outside();
     if geometry.axisymmetry().is_some() {
         return EACH * modes;
     }

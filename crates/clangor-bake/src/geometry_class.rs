@@ -9,6 +9,7 @@ pub mod flat_plate;
 mod form_surface;
 pub(crate) mod inner_creases;
 pub mod mirror_symmetry;
+pub(crate) mod outside;
 mod recognise;
 mod section_corners;
 pub mod solver_choice;

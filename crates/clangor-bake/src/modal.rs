@@ -23,6 +23,7 @@ use crate::acceleration::{BakeError, BakeProgress, meridian_options, suits_merid
 pub use crate::effort::Effort;
 use crate::fem::{ElasticConstants, ElasticError};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
+use crate::geometry_class::outside::outer_surface;
 use crate::geometry_class::solver_choice::BoundaryChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::ModalError;
@@ -237,7 +238,9 @@ pub fn radiate(
     if on_progress(0.0).is_break() {
         return Err(ModalBakeError::Interrupted);
     }
-    let (solver, method) = solver(geometry, model, options, &mut evidence.warnings)?;
+    // Air in closed cavities is not heard.
+    let surface = outer_surface(&model.surface);
+    let (solver, method) = solver(&geometry.outside(), (model, &surface), options, &mut evidence.warnings)?;
     let motions: Vec<ModalMotion<'_>> = known
         .iter()
         .map(|m| ModalMotion { wavenumber: wavenumber(m.frequency, options), shape: &m.shape })
@@ -247,7 +250,7 @@ pub fn radiate(
     if seconds > patience {
         return Err(BakeError::TooLong { seconds, patience }.into());
     }
-    let transfers = solver.transfers(&model.surface, &motions, &mut |done| on_progress(done as f64))?;
+    let transfers = solver.transfers(&surface, &motions, &mut |done| on_progress(done as f64))?;
     for (mode, transfer) in model.modes.iter_mut().zip(transfers) {
         mode.transfer = Some(transfer);
     }
@@ -255,10 +258,10 @@ pub fn radiate(
     Ok(())
 }
 
-/// The radiation solver for a geometry.
+/// The radiation solver for a geometry and its surface that vibrates.
 fn solver(
     geometry: &BakeGeometry,
-    model: &ModalModel,
+    (model, surface): (&ModalModel, &ModalSurface),
     options: &ModalBakeOptions,
     warnings: &mut Vec<String>,
 ) -> Result<(Box<dyn ModalSolver>, &'static str), ModalBakeError> {
@@ -275,7 +278,7 @@ fn solver(
     let triangles = match geometry.boundary_choice() {
         BoundaryChoice::Triangles(mesh) => mesh,
         _ => {
-            quarters = model.surface.quarters();
+            quarters = surface.quarters();
             &quarters
         }
     };

@@ -49,6 +49,7 @@ use clangor_core::math::random::SplitMix;
 use clangor_core::sound_model::files::modal_file::round_shape;
 use clangor_core::sound_model::modal::model::ModalModel;
 
+use crate::geometry_class::outside::outer_surface;
 use crate::mesh::tetrahedra::isosurface_stuffing::wall_quantile;
 use diffuse_transfer::HeardDirections;
 use mean_table::MeanTable;
@@ -119,7 +120,7 @@ pub fn radiate_synthetic_modes(model: &mut ModalModel, volume: f64, material: &M
     });
     let Some(radiation) = Radiation::of(model, &anchor, &table) else { return };
     let mut random = SplitMix::new(seed(model).wrapping_add(1));
-    let heard = HeardDirections::new(&model.surface);
+    let heard = HeardDirections::new(&outer_surface(&model.surface));
     // P of a mode, over ρR⁴/c.
     let unit = medium.density * radius.powi(4) / medium.sound_speed;
     let (mut amplitudes, mut amplitudes_to) = (Vec::new(), 0.0);

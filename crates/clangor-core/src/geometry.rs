@@ -12,6 +12,7 @@
 //! * [`convex`], [`hull`], [`parts_fit`]: convex parts, which collide, and how close they are to the surface.
 
 pub mod ball_tree;
+pub mod components;
 pub mod convex;
 pub mod curvature;
 pub mod hull;

@@ -112,7 +112,10 @@ pub(super) struct FieldPlan<'a> {
 /// # Errors
 /// As [`bake`](super::bake), for a body that no solver can take.
 pub fn estimated_operations(geometry: &BakeGeometry, options: &BakeOptions) -> Result<f64, BakeError> {
-    Ok(FieldPlan::new(geometry, options)?.candidates.first().map_or(0.0, |(_, operations)| *operations))
+    Ok(FieldPlan::new(&geometry.outside(), options)?
+        .candidates
+        .first()
+        .map_or(0.0, |(_, operations)| *operations))
 }
 
 impl<'a> FieldPlan<'a> {

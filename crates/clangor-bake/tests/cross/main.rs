@@ -18,6 +18,7 @@ mod solids;
 mod axisymmetric_modes;
 mod baked_impacts;
 mod bem_fdtd;
+mod closed_cavities;
 mod creased_walls;
 mod detect_axisymmetry;
 mod draft;

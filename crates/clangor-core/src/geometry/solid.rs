@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::components::{Component, components_of};
 use super::mass_properties::MassProperties;
 pub use super::mesh_error::MeshError;
 use super::mesh_error::check_numbers;
@@ -98,28 +99,11 @@ fn check_duplicates(mesh: &TriMesh) -> Result<(), MeshError> {
 
 /// Components at even depth must face outwards, components at odd depth (cavities) inwards.
 fn check_nesting(mesh: &TriMesh, components: usize, piece: &[u32]) -> Result<(), MeshError> {
-    let mut parts = vec![TriMesh::default(); components];
-    for (t, k) in piece.iter().enumerate() {
-        let part = &mut parts[*k as usize];
-        let start = part.vertices.len() as u32;
-        part.vertices.extend(mesh.corners(t));
-        part.triangles.push([start, start + 1, start + 2]);
-    }
-    let volumes: Vec<f64> = parts.iter().map(|p| winding_volume(p, p.vertices[0])).collect();
-    let bounds: Vec<_> = parts.iter().map(TriMesh::bounds).collect();
-    for (k, part) in parts.iter().enumerate() {
+    for Component { part, volume, depth } in components_of(mesh, components, piece) {
         let position = part.vertices[0];
-        let inside = |other: usize| {
-            let (low, high) = bounds[other];
-            other != k
-                && position.cmpge(low).all()
-                && position.cmple(high).all()
-                && winding_number(&parts[other], position).abs() > 0.5
-        };
-        let depth = (0..components).filter(|other| inside(*other)).count();
         let cavity = depth % 2 == 1;
-        match (cavity, volumes[k] < 0.0) {
-            (false, true) => return Err(MeshError::Inverted { volume: volumes[k], position }),
+        match (cavity, volume < 0.0) {
+            (false, true) => return Err(MeshError::Inverted { volume, position }),
             (true, false) => return Err(MeshError::Nested { position }),
             _ => {}
         }

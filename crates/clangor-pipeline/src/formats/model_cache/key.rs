@@ -21,7 +21,7 @@ const SOLVERS: u32 = 3;
 const FINE_SOLVERS: u32 = 4;
 const FINE: f64 = 0.01;
 /// The same for modes and their sound.
-const MODAL_SOLVERS: u32 = 3;
+const MODAL_SOLVERS: u32 = 4;
 /// The same for the convex parts of meshes, by a change of any bit.
 const DECOMPOSITION: u32 = 1;
 
@@ -200,7 +200,12 @@ impl Inputs {
                 self.whole(meridian.pieces().len() as u64);
                 meridian.pieces().iter().for_each(|piece| self.piece(piece));
             }
-            BakeGeometry::Mesh(mesh) => self.mesh(mesh),
+            BakeGeometry::Mesh(mesh) => {
+                self.mesh(mesh);
+                if geometry.encloses_air() {
+                    self.text("outside");
+                }
+            }
         }
     }
 

@@ -1,0 +1,90 @@
+//! Connected components of a closed surface, and in how many of the others each lies: outer surfaces in none,
+//! cavities in one, what lies in a cavity in two.
+
+use glam::DVec3;
+
+use super::solid::{winding_number, winding_volume};
+use super::topology::Topology;
+use super::tri_mesh::TriMesh;
+
+/// A component of a surface.
+pub(super) struct Component {
+    /// Its triangles, each with vertices of its own.
+    pub(super) part: TriMesh,
+    /// Enclosed volume \[m³\], negative where it faces inwards.
+    pub(super) volume: f64,
+    /// Number of other components around it.
+    pub(super) depth: usize,
+}
+
+/// The components of a mesh, from their number and that of each triangle.
+pub(super) fn components_of(mesh: &TriMesh, count: usize, piece: &[u32]) -> Vec<Component> {
+    let mut parts = vec![TriMesh::default(); count];
+    for (t, k) in piece.iter().enumerate() {
+        let part = &mut parts[*k as usize];
+        let start = part.vertices.len() as u32;
+        part.vertices.extend(mesh.corners(t));
+        part.triangles.push([start, start + 1, start + 2]);
+    }
+    let bounds: Vec<(DVec3, DVec3)> = parts.iter().map(TriMesh::bounds).collect();
+    let depth = |k: usize| {
+        let position = parts[k].vertices[0];
+        let inside = |other: &usize| {
+            let (low, high) = bounds[*other];
+            *other != k
+                && position.cmpge(low).all()
+                && position.cmple(high).all()
+                && winding_number(&parts[*other], position).abs() > 0.5
+        };
+        (0..count).filter(inside).count()
+    };
+    let depths: Vec<usize> = (0..count).map(depth).collect();
+    let of = |(part, depth): (TriMesh, usize)| {
+        let volume = winding_volume(&part, part.vertices[0]);
+        Component { part, volume, depth }
+    };
+    parts.into_iter().zip(depths).map(of).collect()
+}
+
+/// Whether each triangle of a closed surface belongs to an outer surface, which lies in no other. `None` if
+/// all do: there are no cavities.
+pub fn outer_triangles(mesh: &TriMesh) -> Option<Vec<bool>> {
+    let (count, piece) = Topology::try_new(mesh).ok()?.components();
+    if count < 2 {
+        return None;
+    }
+    let parts = components_of(mesh, count, &piece);
+    let outer: Vec<bool> = piece.iter().map(|k| parts[*k as usize].depth == 0).collect();
+    (!outer.iter().all(|outer| *outer)).then_some(outer)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Shape;
+
+    /// A box with this edge \[m\], turned inside out if that is negative.
+    fn add(edge: f64, at: DVec3, mesh: &mut TriMesh) {
+        let form = Shape::parse("box:1x1x1").expect("a shape").mesh();
+        let start = mesh.vertices.len() as u32;
+        mesh.vertices.extend(form.vertices.iter().map(|v| at + edge.abs() * *v));
+        let turned = |t: &[u32; 3]| if edge < 0.0 { [t[0], t[2], t[1]] } else { *t };
+        mesh.triangles.extend(form.triangles.iter().map(turned).map(|t| t.map(|n| n + start)));
+    }
+
+    #[test]
+    fn what_lies_in_a_cavity_is_not_outside() {
+        let mut mesh = TriMesh::default();
+        add(1.0, DVec3::ZERO, &mut mesh);
+        assert_eq!(outer_triangles(&mesh), None);
+        add(1.0, 3.0 * DVec3::X, &mut mesh);
+        assert_eq!(outer_triangles(&mesh), None);
+        // A cavity with a pea in it.
+        add(-0.7, DVec3::ZERO, &mut mesh);
+        add(0.2, 0.1 * DVec3::Y, &mut mesh);
+        let outer = outer_triangles(&mesh).expect("a cavity");
+        let count = mesh.triangles.len() / 4;
+        assert!(outer[..2 * count].iter().all(|outer| *outer));
+        assert!(outer[2 * count..].iter().all(|outer| !*outer));
+    }
+}

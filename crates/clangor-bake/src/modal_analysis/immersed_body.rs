@@ -38,16 +38,16 @@ const LONGEST_IN_WALLS: f64 = 30.0;
 const ORDER_GAIN: f64 = 6.0;
 /// Order at which frequencies converge with the edge; edges and creases keep it low.
 const CONVERGENCE: f64 = 4.0;
-/// The same for walls that meet at sharp inner edges. Where a wall of thickness t is curved with a radius R,
-/// its bending dies away over √(Rt) from the edge, which is less than a cell. Seen: gains of 3.1 (first mode of
-/// an open box of 4 mm), 1.9 to 2.4 (tin of 80 × 60 × 0.8 mm); orders of 1.0 (bottle of 2 mm) to 1.4 (tin).
+/// The same for walls that meet at sharp inner edges. The bending of a wall of thickness t with a radius R
+/// dies away over √(Rt) from the edge, which is less than a cell. Seen: gains of 3.1 (first mode of an open
+/// box of 4 mm), 1.9 to 2.4 (tin of 80 × 60 × 0.8 mm); orders of 1.0 (bottle of 2 mm) to 1.4 (tin).
 const CREASED_GAIN: f64 = 2.2;
 const CREASED_CONVERGENCE: f64 = 1.25;
 /// Factor on the node limit for the estimate of a grid that is not made yet.
 const MOST_EXPECTED: f64 = 1.5;
 /// Share of the node limit for accurate grids that are finer than the waves in the band want: a node of a
-/// cell has many more neighbours than one of a tetrahedron. Seen: 3.7 GB and 55 s of CPU time for the 92 modes
-/// of a tin on 57 000 nodes.
+/// cell has many more neighbours than one of a tetrahedron. Seen: 3.7 GB and 55 s of CPU time for the 92
+/// modes of a tin on 57 000 nodes.
 const FINER_SHARE: f64 = 0.75;
 /// Least ratio of edges that is worth another grid.
 const LEAST_RATIO: f64 = 1.1;

@@ -3,7 +3,6 @@
 
 use glam::DVec3;
 
-use super::solid::{winding_number, winding_volume};
 use super::topology::Topology;
 use super::tri_mesh::TriMesh;
 
@@ -56,6 +55,28 @@ pub fn outer_triangles(mesh: &TriMesh) -> Option<Vec<bool>> {
     let parts = components_of(mesh, count, &piece);
     let outer: Vec<bool> = piece.iter().map(|k| parts[*k as usize].depth == 0).collect();
     (!outer.iter().all(|outer| *outer)).then_some(outer)
+}
+
+/// Signed volume [m³] from tetrahedra to `reference`.
+pub(super) fn winding_volume(mesh: &TriMesh, reference: DVec3) -> f64 {
+    let tetrahedron = |t| {
+        let [a, b, c] = mesh.corners(t).map(|v| v - reference);
+        a.dot(b.cross(c)) / 6.0
+    };
+    (0..mesh.triangles.len()).map(tetrahedron).sum()
+}
+
+/// Winding number of a closed surface around a point: the sum of the solid angles over 4π.
+///
+/// Source: Van Oosterom and Strackee (1983), "The Solid Angle of a Plane Triangle".
+pub(super) fn winding_number(mesh: &TriMesh, point: DVec3) -> f64 {
+    let half_angle = |t| {
+        let [a, b, c] = mesh.corners(t).map(|v| v - point);
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
+        let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        a.dot(b.cross(c)).atan2(below)
+    };
+    (0..mesh.triangles.len()).map(half_angle).sum::<f64>() / (2.0 * std::f64::consts::PI)
 }
 
 #[cfg(test)]

@@ -4,8 +4,6 @@
 //! mesh may have several components: they move as one rigid body. One inside another must be a cavity, wound
 //! inwards, so that no volume counts twice.
 
-use glam::DVec3;
-
 use super::components::{Component, components_of};
 use super::mass_properties::MassProperties;
 pub use super::mesh_error::MeshError;
@@ -109,26 +107,4 @@ fn check_nesting(mesh: &TriMesh, components: usize, piece: &[u32]) -> Result<(),
         }
     }
     Ok(())
-}
-
-/// Signed volume [m³] from tetrahedra to `reference`.
-pub(super) fn winding_volume(mesh: &TriMesh, reference: DVec3) -> f64 {
-    let tetrahedron = |t| {
-        let [a, b, c] = mesh.corners(t).map(|v| v - reference);
-        a.dot(b.cross(c)) / 6.0
-    };
-    (0..mesh.triangles.len()).map(tetrahedron).sum()
-}
-
-/// Winding number of a closed surface around a point: the sum of the solid angles over 4π.
-///
-/// Source: Van Oosterom and Strackee (1983), "The Solid Angle of a Plane Triangle".
-pub(super) fn winding_number(mesh: &TriMesh, point: DVec3) -> f64 {
-    let half_angle = |t| {
-        let [a, b, c] = mesh.corners(t).map(|v| v - point);
-        let (la, lb, lc) = (a.length(), b.length(), c.length());
-        let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-        a.dot(b.cross(c)).atan2(below)
-    };
-    (0..mesh.triangles.len()).map(half_angle).sum::<f64>() / (2.0 * std::f64::consts::PI)
 }

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
+use super::super::components::{winding_number, winding_volume};
 use super::super::mass_properties::MassProperties;
 use super::super::mesh_error::MeshError;
 use super::super::self_intersection::crossings;
-use super::super::solid::{winding_number, winding_volume};
 use super::super::surface_tree::SurfaceTree;
 use super::super::topology::Topology;
 use super::super::tri_mesh::TriMesh;

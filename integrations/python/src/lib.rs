@@ -17,6 +17,11 @@ mod timeline;
 
 use pyo3::prelude::*;
 
+/// The system's allocator obeys the environment. Dask sets `MALLOC_TRIM_THRESHOLD_`, with which large blocks
+/// are given back at once and faulted in again: 1.36 times the CPU time of bakes.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Physically based sound for rigid bodies.
 #[pymodule]
 fn _clangor(module: &Bound<'_, PyModule>) -> PyResult<()> {

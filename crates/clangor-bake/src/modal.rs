@@ -23,7 +23,7 @@ use crate::acceleration::{BakeError, BakeProgress, meridian_options, suits_merid
 pub use crate::effort::Effort;
 use crate::fem::{ElasticConstants, ElasticError};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
-use crate::geometry_class::outside::outer_surface;
+use crate::geometry_class::outside::{outer_surface, used_quarters};
 use crate::geometry_class::solver_choice::BoundaryChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::eigensolver::ModalError;
@@ -240,6 +240,10 @@ pub fn radiate(
     }
     // Air in closed cavities is not heard.
     let surface = outer_surface(&model.surface);
+    if geometry.encloses_air() && surface.triangles.len() == model.surface.triangles.len() {
+        let remark = "the surface of its modes is not closed: the walls of its cavities are heard too";
+        evidence.warnings.push(remark.into());
+    }
     let (solver, method) = solver(&geometry.outside(), (model, &surface), options, &mut evidence.warnings)?;
     let motions: Vec<ModalMotion<'_>> = known
         .iter()
@@ -278,7 +282,7 @@ fn solver(
     let triangles = match geometry.boundary_choice() {
         BoundaryChoice::Triangles(mesh) => mesh,
         _ => {
-            quarters = surface.quarters();
+            quarters = used_quarters(surface);
             &quarters
         }
     };

@@ -52,7 +52,7 @@ pub struct ModalAnalysisOptions {
 }
 
 impl ModalAnalysisOptions {
-    /// Default node limit: two gigabytes of factors.
+    /// Default node limit: two gigabytes of factors of tetrahedra, five of cells.
     pub const MOST_NODES: usize = 80_000;
 
     /// Within 1 %.
@@ -349,7 +349,11 @@ fn refined<B: RefinableDiscretization>(
             break;
         }
         tell(1.0 - 0.5_f64.powi(meshes as i32 - 1), nodes)?;
-        let fine = body.solve(&finer, limit)?;
+        let fine = match body.solve(&finer, limit) {
+            // The mesh before serves where this one does not fit.
+            Err(ModalAnalysisError::Modes(ModalError::Memory { .. })) if !errors.is_empty() => break,
+            fine => fine?,
+        };
         // Richardson estimate of the error of each frequency.
         errors = mesh_errors(
             &spectrum.frequencies,

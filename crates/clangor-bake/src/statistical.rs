@@ -151,7 +151,7 @@ struct Radiation {
 impl Radiation {
     /// `None` if no mode of the anchor moves along the normal.
     fn of(model: &ModalModel, anchor: &Anchor, table: &MeanTable<3>) -> Option<Self> {
-        let motion = NormalMotion::new(&model.surface);
+        let motion = NormalMotion::new(&outer_surface(&model.surface));
         let medium = &model.medium;
         let surface = 0.5 * medium.density * medium.sound_speed * motion.area;
         let unit = medium.density * model.radius.powi(4) / medium.sound_speed;

@@ -47,7 +47,7 @@ use super::across_walls::Columns;
 use super::rigid_motions::rigid_motions;
 use super::{ElasticConstants, ElasticSystem, Elements};
 use basis::Basis;
-pub(crate) use grid::{CellGrid, Planes};
+pub(crate) use grid::{CellGrid, Planes, edge_for};
 use joints::numbered;
 use matrices::CellMatrices;
 use parts::{Cell, Parts};
@@ -162,9 +162,9 @@ impl FiniteCells {
         Ok(FiniteCells { grid, basis, wall, body, elements, nodes })
     }
 
-    /// Edge of the cells \[m\].
-    pub(crate) fn edge(&self) -> f64 {
-        self.grid.edge
+    /// The grid.
+    pub(crate) fn grid(&self) -> CellGrid {
+        self.grid
     }
 
     /// Number of nodes.

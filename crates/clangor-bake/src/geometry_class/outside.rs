@@ -4,7 +4,7 @@
 //! cavity encloses never comes out. A solver that took the walls of the cavity too would meet its resonances,
 //! which nothing damps, with many more unknowns. Masses and modes are still those of the hollow body.
 //!
-//! Not here: the stiffness of enclosed air, which lowers or raises modes of very thin walls.
+//! Not here: the stiffness of enclosed air, which raises modes of very thin walls.
 
 use std::borrow::Cow;
 
@@ -48,7 +48,14 @@ fn part(mesh: &TriMesh, kept: &[bool]) -> TriMesh {
     part
 }
 
-/// The outer surface of a vibrating body, on the same nodes.
+/// The triangles between the six nodes of those of a surface, without nodes that none uses: mirror planes
+/// would have to mirror these too.
+pub(crate) fn used_quarters(surface: &ModalSurface) -> TriMesh {
+    let quarters = surface.quarters();
+    part(&quarters, &vec![true; quarters.triangles.len()])
+}
+
+/// The outer surface of a vibrating body, on the same nodes; all of it if it is not closed.
 pub(crate) fn outer_surface(surface: &ModalSurface) -> Cow<'_, ModalSurface> {
     let corners = surface.triangles.iter().map(|[a, b, c, ..]| [*a, *b, *c]).collect();
     let mesh = TriMesh { vertices: surface.nodes.clone(), triangles: corners };

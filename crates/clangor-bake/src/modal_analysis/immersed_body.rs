@@ -18,7 +18,7 @@ use glam::DVec3;
 
 use super::volume_fem::spectrum;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
-use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, Planes, edge_of_cells, expected};
+use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, Planes, edge_for, edge_of_cells, expected};
 use crate::fem::supports::{Holding, Support, SupportError, SupportKind, SupportRegion};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::inner_creases::Walls;
@@ -55,6 +55,9 @@ const LEAST_RATIO: f64 = 1.1;
 const SURFACE_EDGE: f64 = 0.35;
 /// Largest distance of that surface from the input, in walls.
 const SURFACE_ERROR: f64 = 0.1;
+
+/// Distance of the end of a clamp from that of the body that is none, in cells.
+const END: f64 = 1e-3;
 
 /// Cells of a draft.
 const DRAFT_CELLS: f64 = 90.0;
@@ -133,18 +136,26 @@ impl<'a> ImmersedBody<'a> {
     }
 
     fn with(&self, edge: f64, order: Order) -> Result<Immersed, ModalAnalysisError> {
-        let [elements, nodes] = expected(self.surface.area(), self.volume, edge);
-        if nodes > MOST_EXPECTED * self.most_nodes as f64 {
+        let most = MOST_EXPECTED * self.most_nodes as f64;
+        let expected = |edge: f64| expected(self.surface.area(), self.volume, edge);
+        let [elements, nodes] = expected(edge);
+        if nodes > most {
             let (wall, most) = (self.walls.thickness, self.most_nodes);
             return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
         }
-        let grid = CellGrid::around(&self.surface, edge, &self.ends_of_clamps());
-        let cells = FiniteCells::new(&self.surface, grid, order, self.walls.thickness)?;
-        Ok(Immersed { edge: cells.edge(), cells, order })
+        let planes = self.ends_of_clamps(edge);
+        let aligned = edge_for(&planes, edge);
+        let edge = if expected(aligned)[1] > most { edge } else { aligned };
+        self.on(CellGrid::around(&self.surface, edge, &planes), order)
     }
 
-    /// Where clamps in boxes end within the body.
-    fn ends_of_clamps(&self) -> Planes {
+    fn on(&self, grid: CellGrid, order: Order) -> Result<Immersed, ModalAnalysisError> {
+        let cells = FiniteCells::new(&self.surface, grid, order, self.walls.thickness)?;
+        Ok(Immersed { cells, edge: grid.edge, order })
+    }
+
+    /// Where clamps in boxes end within the body, by more than rounding in cells of an edge \[m\].
+    fn ends_of_clamps(&self, edge: f64) -> Planes {
         let (low, high) = self.surface.bounds();
         let boxes = self.supports.iter().filter(|support| {
             support.kind == SupportKind::Clamped && matches!(support.region, SupportRegion::Box { .. })
@@ -152,7 +163,8 @@ impl<'a> ImmersedBody<'a> {
         let regions: Vec<&SupportRegion> = boxes.map(|support| &support.region).collect();
         std::array::from_fn(|a| {
             let ends = regions.iter().flat_map(|region| region.ends(a));
-            ends.filter(|end| *end > low[a] && *end < high[a]).collect()
+            let rounding = END * edge;
+            ends.filter(|end| *end > low[a] + rounding && *end < high[a] - rounding).collect()
         })
     }
 
@@ -211,7 +223,7 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     fn finer(&self, than: &Immersed, ratio: f64) -> Result<Immersed, ModalAnalysisError> {
         let last = self.last_order();
         if than.order < last {
-            return self.with(than.edge, last);
+            return self.on(than.cells.grid(), last);
         }
         if self.effort == CellEffort::Draft {
             return self.with(than.edge / ratio, last);

@@ -46,8 +46,11 @@ pub(super) fn components_of(mesh: &TriMesh, count: usize, piece: &[u32]) -> Vec<
 }
 
 /// Whether each triangle of a closed surface belongs to an outer surface, which lies in no other. `None` if
-/// all do: there are no cavities.
+/// all do: there are no cavities. Also `None` if the surface is not closed.
 pub fn outer_triangles(mesh: &TriMesh) -> Option<Vec<bool>> {
+    if hangs_together(mesh) {
+        return None;
+    }
     let (count, piece) = Topology::try_new(mesh).ok()?.components();
     if count < 2 {
         return None;
@@ -55,6 +58,26 @@ pub fn outer_triangles(mesh: &TriMesh) -> Option<Vec<bool>> {
     let parts = components_of(mesh, count, &piece);
     let outer: Vec<bool> = piece.iter().map(|k| parts[*k as usize].depth == 0).collect();
     (!outer.iter().all(|outer| *outer)).then_some(outer)
+}
+
+/// Whether all triangles hang together by their vertices: most meshes do, and are told so in little time.
+fn hangs_together(mesh: &TriMesh) -> bool {
+    let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    let root = |parent: &mut Vec<u32>, mut of: u32| {
+        while parent[of as usize] != of {
+            parent[of as usize] = parent[parent[of as usize] as usize];
+            of = parent[of as usize];
+        }
+        of
+    };
+    for [a, b, c] in &mesh.triangles {
+        let [a, b, c] = [*a, *b, *c].map(|n| root(&mut parent, n));
+        let least = a.min(b).min(c);
+        [a, b, c].into_iter().for_each(|n| parent[n as usize] = least);
+    }
+    let mut roots = mesh.triangles.iter().map(|[a, ..]| *a);
+    let first = roots.next().map(|n| root(&mut parent, n));
+    roots.all(|n| Some(root(&mut parent, n)) == first)
 }
 
 /// Signed volume [m³] from tetrahedra to `reference`.

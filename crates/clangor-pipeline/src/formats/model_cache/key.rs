@@ -22,6 +22,8 @@ const FINE_SOLVERS: u32 = 4;
 const FINE: f64 = 0.01;
 /// The same for modes and their sound.
 const MODAL_SOLVERS: u32 = 4;
+/// The same for the bank of ringing ellipsoids.
+const BANK_SOLVERS: u32 = 3;
 /// The same for the convex parts of meshes, by a change of any bit.
 const DECOMPOSITION: u32 = 1;
 
@@ -98,7 +100,7 @@ pub fn modal_soundbank_key(options: &ModalSoundbankOptions) -> String {
     let mut inputs = Inputs(Hasher::new());
     inputs.text("modal bank");
     inputs.whole(modal_soundbank_file::VERSION.into());
-    inputs.whole(MODAL_SOLVERS.into());
+    inputs.whole(BANK_SOLVERS.into());
     let ModalSoundbankOptions { material, max_frequency, least_first_frequency, largest_size, .. } = *options;
     let ModalSoundbankOptions { thinnest, spacing, degree, accuracy, .. } = *options;
     let numbers = [material.youngs_modulus, material.density, material.poisson_ratio];

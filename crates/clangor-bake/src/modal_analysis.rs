@@ -146,6 +146,11 @@ pub enum ModalAnalysisError {
 }
 
 impl ModalAnalysisError {
+    /// Whether the factors of a mesh do not fit.
+    fn is_memory(&self) -> bool {
+        matches!(self, ModalAnalysisError::Modes(ModalError::Memory { .. }))
+    }
+
     /// Whether more tetrahedra are needed than allowed, or none fit: cells need fewer nodes and no mesh.
     fn is_unfillable(&self) -> bool {
         use ModalAnalysisError::{Mesh, TooFine, TooLarge};
@@ -351,7 +356,7 @@ fn refined<B: RefinableDiscretization>(
         tell(1.0 - 0.5_f64.powi(meshes as i32 - 1), nodes)?;
         let fine = match body.solve(&finer, limit) {
             // The mesh before serves where this one does not fit.
-            Err(ModalAnalysisError::Modes(ModalError::Memory { .. })) if !errors.is_empty() => break,
+            Err(error) if error.is_memory() && !errors.is_empty() => break,
             fine => fine?,
         };
         // Richardson estimate of the error of each frequency.
@@ -378,10 +383,9 @@ fn refined<B: RefinableDiscretization>(
     let damping = body.support_damping(&mesh, &spectrum.modes, count)?;
     let (nodes, _) = body.size(&mesh);
     tell(1.0, nodes)?;
-    let error = |k: usize| errors.get(k).copied().unwrap_or(f64::NAN);
     let mode = |(k, shape): (usize, Vec<DVec3>)| ModalMode {
         frequency: spectrum.frequencies[k],
-        mesh_error: error(k),
+        mesh_error: errors.get(k).copied().unwrap_or(f64::NAN),
         support_damping: damping[k],
         shape,
         transfer: None,

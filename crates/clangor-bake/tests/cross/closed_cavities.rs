@@ -125,6 +125,6 @@ fn modes_of_a_hollow_body_are_heard_as_those_of_its_outer_surface() {
     assert_eq!(hollow.order, solid.order);
     let error = apart(&hollow, &solid);
     println!("{error:.1e}");
-    // Seen: 3.9e-4, of other triangles.
+    // Seen: 5.0e-4, of other triangles.
     assert!(error < 1e-3, "{error:.1e}");
 }

@@ -52,6 +52,11 @@ impl ModalBake {
         ModalBake { supports: body.supports.clone(), moves_freely, ..ModalBake::new(&body.material, options) }
     }
 
+    /// The same bake with another error of frequencies due to the mesh.
+    pub(crate) fn with_mesh_error(&self, mesh_error: f64) -> Self {
+        ModalBake { options: ModalBakeOptions { mesh_error, ..self.options }, ..self.clone() }
+    }
+
     fn held(&self) -> Held<'_> {
         Held { supports: &self.supports, moves_freely: self.moves_freely }
     }

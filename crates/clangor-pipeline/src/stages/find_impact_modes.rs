@@ -14,9 +14,9 @@
 //! none.
 //!
 //! Band, mesh error and medium follow from the body alone, so that motion does not depend on how a scene is
-//! rendered: air, 1 % (5 % where cells larger than the walls carry the modes: the last per cents take a minute
-//! where walls meet at edges, and restitution hardly follows them), and the lower of 20 kHz and the frequency below which a plate of its area S and
-//! thickness has N = 150 modes. Above the band, the tail of the solver takes their place.
+//! rendered: air, 1 %, and the lower of 20 kHz and the frequency below which a plate of its area S and
+//! thickness has N = 150 modes. Above the band, the tail of the solver takes their place. In cells larger
+//! than the walls it is 5 %: the last per cents take a minute where walls meet at edges.
 //!
 //! ```text
 //! f_N = 2 N √(D/m″)/S

@@ -52,7 +52,9 @@ fn part(mesh: &TriMesh, kept: &[bool]) -> TriMesh {
 /// would have to mirror these too.
 pub(crate) fn used_quarters(surface: &ModalSurface) -> TriMesh {
     let quarters = surface.quarters();
-    part(&quarters, &vec![true; quarters.triangles.len()])
+    let used = part(&quarters, &vec![true; quarters.triangles.len()]);
+    // The order of the nodes stays where all are used.
+    if used.vertices.len() < quarters.vertices.len() { used } else { quarters }
 }
 
 /// The outer surface of a vibrating body, on the same nodes; all of it if it is not closed.

@@ -105,15 +105,15 @@ pub(super) fn winding_number(mesh: &TriMesh, point: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::Shape;
 
-    /// A box with this edge \[m\], turned inside out if that is negative.
-    fn add(edge: f64, at: DVec3, mesh: &mut TriMesh) {
-        let form = Shape::parse("box:1x1x1").expect("a shape").mesh();
+    /// A tetrahedron in a cube of edge 2 `size`, turned inside out if that is negative.
+    fn add(size: f64, at: DVec3, mesh: &mut TriMesh) {
+        let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
         let start = mesh.vertices.len() as u32;
-        mesh.vertices.extend(form.vertices.iter().map(|v| at + edge.abs() * *v));
-        let turned = |t: &[u32; 3]| if edge < 0.0 { [t[0], t[2], t[1]] } else { *t };
-        mesh.triangles.extend(form.triangles.iter().map(turned).map(|t| t.map(|n| n + start)));
+        mesh.vertices.extend(corners.map(|v| at + size.abs() * DVec3::from_array(v)));
+        let turned = |[a, b, c]: [u32; 3]| if size < 0.0 { [a, c, b] } else { [a, b, c] };
+        let faces = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+        mesh.triangles.extend(faces.map(turned).map(|t| t.map(|n| n + start)));
     }
 
     #[test]
@@ -125,7 +125,7 @@ mod tests {
         assert_eq!(outer_triangles(&mesh), None);
         // A cavity with a pea in it.
         add(-0.7, DVec3::ZERO, &mut mesh);
-        add(0.2, 0.1 * DVec3::Y, &mut mesh);
+        add(0.2, 0.05 * DVec3::Y, &mut mesh);
         let outer = outer_triangles(&mesh).expect("a cavity");
         let count = mesh.triangles.len() / 4;
         assert!(outer[..2 * count].iter().all(|outer| *outer));

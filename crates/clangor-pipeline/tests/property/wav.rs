@@ -73,7 +73,10 @@ proptest! {
         bytes[at % length] = value;
         std::fs::write(&path, &bytes[..cut.min(length)]).unwrap();
         let read = read_all(&path);
-        if cut < length && at % length >= 60 {
+        // A smaller size of the samples, in the four bytes before them, may be what is left.
+        let samples = length - 2 * 20 * 3;
+        let at = at % length;
+        if cut < length && at >= 60 && !(samples - 4..samples).contains(&at) {
             prop_assert!(read.is_err());
         }
     }

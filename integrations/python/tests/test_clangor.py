@@ -141,15 +141,17 @@ def test_many_calls_do_not_grow() -> None:
         text = Path("/proc/self/statm").read_text() if os.path.exists("/proc/self/statm") else "0 0"
         return int(text.split()[1]) * 4096
 
-    for _ in range(200):
-        clangor.strike("sphere:0.01", "steel", seconds=0.1)
-    gc.collect()
-    before = resident()
-    for _ in range(1000):
-        clangor.strike("sphere:0.01", "steel", seconds=0.1)
-    gc.collect()
-    # Residual seen: 0 to 200 kB.
-    assert resident() - before < 4 << 20
+    def after_calls() -> int:
+        for _ in range(200):
+            clangor.strike("sphere:0.01", "steel", seconds=0.1)
+        gc.collect()
+        return resident()
+
+    after_calls()
+    # The allocator keeps some freed pages for a while: the least of five.
+    before, after = (min(after_calls() for _ in range(5)) for _ in range(2))
+    # Residuals seen: -0.5 to 2.2 MB.
+    assert after - before < 4 << 20
 
 
 def test_the_examples_of_the_readme_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -276,6 +276,11 @@ mod tests {
 
     use super::*;
 
+    fn cells(mesh: &TriMesh, edge: f64, order: Order, wall: f64) -> FiniteCells {
+        let grid = CellGrid::around(mesh, edge, &Planes::default());
+        FiniteCells::new(mesh, grid, order, wall).expect("cells")
+    }
+
     /// Quadratic displacements are in the space, so that their energies are exact: compared with integrals
     /// over a box in closed form.
     #[test]
@@ -285,9 +290,7 @@ mod tests {
             let mesh = Shape::parse(name).expect("a shape").mesh();
             let exact = MassProperties::of(&mesh).expect("a solid");
             for order in [Order::Third, Order::Fourth] {
-                let cells =
-                    FiniteCells::new(&mesh, CellGrid::around(&mesh, edge, &Default::default()), order, 0.004)
-                        .expect("cells");
+                let cells = cells(&mesh, edge, order, 0.004);
                 let system = cells.system(&constants);
                 let energy = |motion: &dyn Fn(DVec3) -> DVec3| {
                     let u: Vec<f64> = cells.nodes.iter().flat_map(|x| motion(*x).to_array()).collect();
@@ -335,13 +338,7 @@ mod tests {
         let mesh = angle();
         // Also where the mitre lies in a plane of the grid.
         for edge in [0.7, 0.5, 0.31] {
-            let cells = FiniteCells::new(
-                &mesh,
-                CellGrid::around(&mesh, edge, &Default::default()),
-                Order::Third,
-                0.1,
-            )
-            .expect("cells");
+            let cells = cells(&mesh, edge, Order::Third, 0.1);
             let volume: f64 = cells.body.parts.iter().map(|part| part.filled * edge.powi(3)).sum();
             let mitre: f64 = cells.body.ties.iter().flat_map(|tie| &tie.weights).sum();
             assert!(cells.body.parts.len() > cells.body.cells.len());
@@ -386,9 +383,7 @@ mod tests {
             triangles.extend([[k, n, n + 8], [k, n + 8, k + 8]]);
         }
         let mesh = TriMesh { vertices: [level(0.0), level(1.0)].concat(), triangles };
-        let cells =
-            FiniteCells::new(&mesh, CellGrid::around(&mesh, 0.6, &Default::default()), Order::Third, 0.1)
-                .expect("cells");
+        let cells = cells(&mesh, 0.6, Order::Third, 0.1);
         let [below, above] = [0.05, 0.17].map(|y| cells.interpolation(DVec3::new(1.7, y, 0.5)).0);
         assert!(below.iter().all(|node| !above.contains(node)));
         // They hang together at the root alone, 0.5 m long.
@@ -399,13 +394,7 @@ mod tests {
     #[test]
     fn displacements_are_found_again_at_any_point() {
         let mesh = Shape::parse("box:0.1x0.06x0.004").expect("a shape").mesh();
-        let cells = FiniteCells::new(
-            &mesh,
-            CellGrid::around(&mesh, 0.013, &Default::default()),
-            Order::Fourth,
-            0.004,
-        )
-        .expect("cells");
+        let cells = cells(&mesh, 0.013, Order::Fourth, 0.004);
         for point in [DVec3::ZERO, DVec3::new(0.05, -0.03, 0.002), DVec3::new(0.051, 0.0, 0.0)] {
             let (nodes, weights) = cells.interpolation(point);
             let found: DVec3 = nodes.iter().zip(&weights).map(|(n, w)| cells.nodes[*n as usize] * *w).sum();

@@ -8,10 +8,9 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
+use clangor_core::geometry::components::solid_count;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::refine::refine_to_edge;
-use clangor_core::geometry::solid::MeshError;
-use clangor_core::geometry::topology::Topology;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
@@ -104,7 +103,7 @@ impl<'a> ImmersedBody<'a> {
         most_nodes: usize,
         effort: CellEffort,
     ) -> Result<Self, ModalAnalysisError> {
-        let parts = solid_parts(&surface).map_err(StuffingError::Input)?;
+        let parts = solid_count(&surface).map_err(StuffingError::Input)?;
         if parts > 1 {
             return Err(ModalAnalysisError::LooseParts(parts));
         }
@@ -179,17 +178,6 @@ impl<'a> ImmersedBody<'a> {
         let longest = SURFACE_EDGE * edge;
         decimate(&refine_to_edge(&self.surface, longest), longest, SURFACE_ERROR * self.walls.thickness)
     }
-}
-
-/// Number of outer surfaces; the others bound cavities.
-fn solid_parts(surface: &TriMesh) -> Result<usize, MeshError> {
-    let (count, part) = Topology::try_new(surface)?.components();
-    let mut volumes = vec![0.0; count];
-    for (t, part) in part.iter().enumerate() {
-        let [a, b, c] = surface.corners(t);
-        volumes[*part as usize] += a.cross(b).dot(c);
-    }
-    Ok(volumes.into_iter().filter(|volume| *volume > 0.0).count())
 }
 
 impl RefinableDiscretization for ImmersedBody<'_> {

@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use super::mesh_error::MeshError;
 use super::topology::Topology;
 use super::tri_mesh::TriMesh;
 
@@ -43,6 +44,15 @@ pub(super) fn components_of(mesh: &TriMesh, count: usize, piece: &[u32]) -> Vec<
         Component { part, volume, depth }
     };
     parts.into_iter().zip(depths).map(of).collect()
+}
+
+/// Number of components that face outwards: solids; the others bound cavities.
+///
+/// # Errors
+/// [`MeshError`] of a surface that is not closed.
+pub fn solid_count(mesh: &TriMesh) -> Result<usize, MeshError> {
+    let (count, piece) = Topology::try_new(mesh)?.components();
+    Ok(components_of(mesh, count, &piece).iter().filter(|part| part.volume > 0.0).count())
 }
 
 /// Whether each triangle of a closed surface belongs to an outer surface, which lies in no other. `None` if

@@ -117,7 +117,7 @@ fn a_disc_of_a_millimetre_agrees_with_its_section() {
 #[test]
 fn a_bowl_agrees_with_its_section() {
     let (_, worst) = against_section("bowl@0.002", &CERAMIC, 12e3, 0.005);
-    // Seen: 7.0e-3, of the sharp inner edge of its foot.
+    // Seen: 2.8e-3, of the sharp inner edge of its foot.
     assert!(worst < 1e-2, "{worst:.1e}");
 }
 

@@ -12,7 +12,6 @@ use crate::propagation::PlanesError;
 use crate::propagation::room::RoomError;
 use crate::quantity::readable;
 use crate::shape::ShapeError;
-use crate::synthesis::sample_rate::SampleRate;
 
 /// A place in a scene. Parts of a scene that do not come from a text, such as a listener of the command line,
 /// have line 0.
@@ -472,10 +471,8 @@ pub enum Doubt {
         distance: f64,
     },
     /// A sample rate that excludes audible frequencies.
-    #[error(
-        "this sample rate cuts the band at {nyquist} Hz; {} keeps all that can be heard",
-        SampleRate::HZ_48000.hz()
-    )]
+    #[error("this sample rate cuts the band at {nyquist} Hz; {} keeps all that can be heard",
+        crate::synthesis::SampleRate::HZ_48000.hz())]
     CutBand {
         /// Half of the sample rate \[Hz\].
         nyquist: f64,

@@ -15,7 +15,8 @@
 //!   of second order instead of first;
 //! * the Laplacian is isotropic and the spectrum is read at the frequency at which the *grid* carries the
 //!   wavenumber, so that there is no dispersion up to fourth order;
-//! * the grid ends just beyond 1.5 R: outside, multipoles are exact at any distance.
+//! * the grid ends just beyond 1.5 R: outside, multipoles are exact at any distance;
+//! * of a body with [mirror planes](mirrors) one side is simulated.
 //!
 //! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), and it does not
 //! model the losses at walls. Sharp edges reduce the order: the level of a wall of 1.8 mm with edges of 90°
@@ -30,6 +31,7 @@ mod field;
 mod gpu;
 mod grid;
 mod lattice;
+mod mirrors;
 mod modal_bursts;
 mod pulse;
 mod recorder;
@@ -37,6 +39,7 @@ mod row_blocks;
 mod tail;
 
 use std::ops::ControlFlow;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -51,10 +54,11 @@ use boundary::Rows;
 use cut_cells::CutCells;
 pub use field::WaveField;
 use grid::{Drive, WaveGrid};
-use lattice::{COURANT, Lattice, phase_per_step};
+use lattice::{COURANT, GHOSTS, Lattice, phase_per_step};
+use mirrors::Mirrors;
 pub use modal_bursts::{DrivenPlace, WaveMotion};
 use pulse::Pulse;
-use recorder::Recorder;
+use recorder::{Recorder, Sphere};
 use tail::Tail;
 
 use crate::gpu::GpuError;
@@ -131,6 +135,9 @@ pub enum WaveError {
         /// Edge of a cell \[m\].
         spacing: f64,
     },
+    /// A part between mirror planes where the whole grid is needed.
+    #[error("modes and graphics processors take the whole grid, not a part between mirror planes")]
+    Mirrored,
     /// No graphics processor, or a failure of it.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -155,6 +162,7 @@ fn half_width(radius: f64) -> f64 {
 pub struct WaveSolver {
     options: WaveOptions,
     radius: f64,
+    mirrors: Mirrors,
     lattice: Lattice,
     centre: DVec3,
     rows: Rows,
@@ -167,6 +175,19 @@ impl WaveSolver {
     /// # Errors
     /// [`WaveError`].
     pub fn try_new(surface: &TriMesh, options: WaveOptions) -> Result<Self, WaveError> {
+        Self::try_symmetric(surface, &[], options)
+    }
+
+    /// The same for a surface with mirror planes of these orthogonal normals through its centre of mass: one
+    /// side of each, which stands for the other. For rigid motions on the processor.
+    ///
+    /// # Errors
+    /// [`WaveError`].
+    pub fn try_symmetric(
+        surface: &TriMesh,
+        normals: &[DVec3],
+        options: WaveOptions,
+    ) -> Result<Self, WaveError> {
         let h = options.spacing;
         // Validate the options, the surface and the resolution.
         for (name, value) in
@@ -187,15 +208,22 @@ impl WaveSolver {
                 most: MOST_PHASE / options.max_wavenumber,
             });
         }
+        let mirrors = Mirrors::new(normals);
         let half = half_width(radius / h);
-        let cells = (2.0 * half).powi(3);
+        let [cells, _] = Self::extent(radius, h, options.longest, normals.len());
         if cells > MOST_CELLS as f64 {
             return Err(WaveError::TooLarge { cells: cells as usize, most: MOST_CELLS, spacing: h });
         }
-        let lattice = Lattice([2 * half as usize; 3]);
+        // The whole grid, and the part of it before the mirror planes, which lie between cells.
+        let of_axis = |mirrored: bool, whole: usize, part: usize| if mirrored { part } else { whole };
+        let width = half as usize;
+        let size = mirrors.planes.map(|mirrored| of_axis(mirrored, 2 * width, width + GHOSTS));
+        let origin = mirrors.planes.map(|mirrored| of_axis(mirrored, 0, width - GHOSTS));
+        let lattice = Lattice { size, mirrored: mirrors.planes };
         // Cut the cells at the surface, in units of cells.
-        let centre = DVec3::splat(half) + OFFSET;
-        let vertices = surface.vertices.iter().map(|v| *v / h).collect();
+        let offset = std::array::from_fn(|axis| if mirrors.planes[axis] { 0.0 } else { OFFSET[axis] });
+        let centre = DVec3::splat(half) + DVec3::from_array(offset);
+        let vertices = surface.vertices.iter().map(|v| mirrors.clear(*v / h)).collect();
         let scaled = TriMesh { vertices, triangles: surface.triangles.clone() };
         let mut cut = CutCells::new(&scaled, centre);
         let closed = match options.boundary {
@@ -206,14 +234,17 @@ impl WaveSolver {
             }
         };
         // Sparse update rows of the cells near the body.
-        let rows = Rows::new(cut, &lattice);
-        Ok(WaveSolver { options, radius, lattice, centre, rows, closed })
+        let rows = Rows::new(cut, &lattice, origin);
+        let centre = centre - DVec3::from_array(origin.map(|cell| cell as f64));
+        Ok(WaveSolver { options, radius, mirrors, lattice, centre, rows, closed })
     }
 
-    /// Cells and steps of the run of each motion, for a body of bounding radius `radius` \[m\], cells of
-    /// `spacing` \[m\] and `longest` of [`WaveOptions`]; without the pulse, some hundred steps.
-    pub(crate) fn extent(radius: f64, spacing: f64, longest: f64) -> [f64; 2] {
-        let cells = (2.0 * half_width(radius / spacing)).powi(3);
+    /// Cells and steps of the run of each motion, for a body of bounding radius `radius` \[m\] with so many
+    /// mirror planes, cells of `spacing` \[m\] and `longest` of [`WaveOptions`]; without the pulse, some
+    /// hundred steps.
+    pub(crate) fn extent(radius: f64, spacing: f64, longest: f64, planes: usize) -> [f64; 2] {
+        let half = half_width(radius / spacing);
+        let cells = (2.0 * half).powi(3 - planes.min(3) as i32) * (half + GHOSTS as f64).powi(planes as i32);
         [cells, (RECORDING + longest) * radius / (spacing * COURANT)]
     }
 
@@ -239,7 +270,7 @@ impl WaveSolver {
     /// Runs the six motions on either processor: fields agree to 1e-5.
     ///
     /// # Errors
-    /// [`WaveError::Interrupted`], [`WaveError::Gpu`].
+    /// [`WaveError::Interrupted`], [`WaveError::Gpu`], [`WaveError::Mirrored`].
     pub fn run_on(
         &self,
         device: WaveDevice,
@@ -249,15 +280,15 @@ impl WaveSolver {
         let phase = phase_per_step(Complex64::from(max_wavenumber * h)).re;
         let stride = (std::f64::consts::TAU / (OVERSAMPLING * phase)).floor().max(1.0) as usize;
         let pulse = Pulse::new(phase);
-        let recorder = Recorder::new(&self.lattice, self.centre, RECORDING * self.radius / h, order);
         // Length of the run: the pulse, the travel time to the sphere, and the time of the options.
         let steps = pulse.values.len() + ((RECORDING + longest) * self.radius / (h * COURANT)) as usize;
         let signals = match device {
-            WaveDevice::Cpu => self.step_all(&recorder, &pulse, stride, steps, progress)?,
+            WaveDevice::Cpu => self.mirrors.about_body(self.step_all(&pulse, stride, steps, progress)?),
+            _ if self.mirrors.any() => return Err(WaveError::Mirrored),
             #[cfg(feature = "gpu")]
             WaveDevice::Gpu => {
-                let (lattice, rows) = (&self.lattice, &self.rows);
-                let (recorder, pulse) = (&recorder, &pulse);
+                let (lattice, rows, pulse) = (&self.lattice, &self.rows, &pulse);
+                let recorder = &self.recorder([1.0; 3]);
                 gpu::signals(&gpu::GpuRun { lattice, rows, recorder, pulse, stride, steps }, progress)?
             }
             #[cfg(not(feature = "gpu"))]
@@ -270,21 +301,35 @@ impl WaveSolver {
         Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals, tail })
     }
 
-    /// The time loop on the processor, one thread per motion: the signal of each.
+    /// Reads the recording sphere, of a field with these signs under the reflections.
+    fn recorder(&self, signs: [f64; 3]) -> Recorder {
+        let WaveOptions { spacing, order, .. } = self.options;
+        let sphere = Sphere { centre: self.centre, radius: RECORDING * self.radius / spacing };
+        Recorder::new(&self.lattice, sphere, order, &self.mirrors, signs)
+    }
+
+    /// The time loop on the processor, one thread per motion of the axes of the mirror planes: the signal of
+    /// each.
     fn step_all(
         &self,
-        recorder: &Recorder,
         pulse: &Pulse,
         stride: usize,
         steps: usize,
         progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
     ) -> Result<Vec<Vec<f64>>, WaveError> {
         let done = AtomicUsize::new(0);
+        // Motions of the same parities share a recorder.
+        let parities: [[f64; 3]; RIGID_DOFS] = std::array::from_fn(|motion| self.mirrors.signs(motion));
+        let of_parities = |motion: usize| parities.iter().position(|signs| *signs == parities[motion]);
+        let recorders: Vec<OnceLock<Recorder>> = vec![OnceLock::new(); RIGID_DOFS];
         (0..RIGID_DOFS)
             .into_par_iter()
             .map(|motion| {
+                let signs = parities[motion];
+                let recorder =
+                    recorders[of_parities(motion).unwrap_or(motion)].get_or_init(|| self.recorder(signs));
                 let drive = Drive::rigid(&self.rows, motion);
-                let mut grid = WaveGrid::new(self.lattice, &self.rows, vec![drive]);
+                let mut grid = WaveGrid::new(self.lattice, &self.rows, vec![drive], signs);
                 let mut signals = Vec::with_capacity((steps / stride + 1) * count(self.options.order));
                 for step in 0..steps {
                     if step % stride == 0 {

@@ -82,7 +82,11 @@ fn solver_of(
             triangles(geometry, (mesh, fineness), plan.spacing, options, progress)
         }
         (Candidate::TimeDomain { spacing, wall }, _, Some(mesh)) => {
-            time_stepping(mesh, [*spacing, *wall], plan.spacing, options, progress)
+            let planes = match options.device {
+                WaveDevice::Cpu => mirrors(geometry, [options.accuracy, *wall], k),
+                WaveDevice::Gpu => Vec::new(),
+            };
+            time_stepping((mesh, &planes), [*spacing, *wall], plan.spacing, options, progress)
         }
         _ => Err(BakeError::NoBand { radius: geometry.bounding_radius(), wavenumber: k }),
     }
@@ -150,7 +154,7 @@ fn triangles(
     if progress(&BakeProgress { done: 0.0, stage: "remeshing" }).is_break() {
         return Err(BakeError::Interrupted);
     }
-    let planes = mirrors(geometry, fineness, options.max_wavenumber);
+    let planes = mirrors(geometry, [fineness.accuracy, fineness.wall], options.max_wavenumber);
     // A mesh that cannot be cut at its planes may work as a whole.
     let (solver, used) = match remesh_symmetric(mesh, &planes, &fineness.options) {
         Ok((symmetric, report)) if !planes.is_empty() => {
@@ -203,17 +207,19 @@ fn thin_walls(mesh: &TriMesh, fineness: &Resolution, used: &RemeshOptions) -> Ve
     )]
 }
 
-/// Finite differences in time on cells of a size, around walls of a thickness \[m\].
+/// Finite differences in time on cells of a size, around walls of a thickness \[m\], of a body with mirror
+/// planes of these normals.
 fn time_stepping(
-    mesh: &TriMesh,
+    (mesh, planes): (&TriMesh, &[DVec3]),
     [cell, wall]: [f64; 2],
     spacing: f64,
     options: &BakeOptions,
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<Prepared, BakeError> {
     let highest = options.max_wavenumber * mesh.bounding_radius(DVec3::ZERO);
-    let solver = WaveSolver::try_new(
+    let solver = WaveSolver::try_symmetric(
         mesh,
+        planes,
         WaveOptions {
             max_wavenumber: options.max_wavenumber,
             spacing: cell,

@@ -64,7 +64,7 @@ pub(crate) mod sweep;
 use dense_system::ClassSystem;
 use far::{ClassMatrix, FarSystem};
 use near::NearSystem;
-use pair_integrals::parity;
+pub(crate) use pair_integrals::parity;
 use panels::{Panels, along_curve};
 use parity_classes::ParityClass;
 use rotation::MultipoleRotation;

@@ -84,7 +84,7 @@ impl Absorber {
     }
 
     pub(super) fn new(lattice: Lattice) -> Self {
-        let [nx, ny, nz] = lattice.0;
+        let [nx, ny, nz] = lattice.size;
         Absorber {
             profiles: profiles(),
             x: std::array::from_fn(|_| vec![[0.0; FACES]; 2 * ny * nz]),
@@ -103,11 +103,12 @@ impl Absorber {
         new: &mut [f32],
         [j, k]: [usize; 2],
     ) {
-        let [nx, ny, nz] = lattice.0;
+        let [nx, ny, nz] = lattice.size;
         let plane = nx * ny;
         let at = k * plane + j * nx;
         let row = &p[at..at + nx];
-        for (side, profile) in self.profiles.iter().enumerate() {
+        let mirrored = lattice.mirrored;
+        for (side, profile) in self.profiles.iter().enumerate().skip(usize::from(mirrored[0])) {
             let from = side * (nx - 1 - FACES);
             let block = 2 * (k * ny + j) + side;
             let cells = new[from..].first_chunk_mut::<FACES>();
@@ -117,13 +118,13 @@ impl Absorber {
             }
         }
         // Between one face and the next lie a row (y) or a plane (z) of memories.
-        if let Some((side, cell)) = layer_of(j, ny) {
+        if let Some((side, cell)) = layer_of(j, ny, mirrored[1]) {
             let first = ((2 * k + side) * FACES + cell) * nx;
             let rows = [&p[at - nx..at], row, &p[at + nx..at + 2 * nx]];
             let memories = Memories { psi_zeta: &mut self.y, first, stride: nx };
             absorb_across(simd, &self.profiles[side], cell, rows, new, memories);
         }
-        if let Some((side, cell)) = layer_of(k, nz) {
+        if let Some((side, cell)) = layer_of(k, nz, mirrored[2]) {
             let first = ((side * FACES + cell) * ny + j) * nx;
             let rows = [&p[at - plane..at - plane + nx], row, &p[at + plane..at + plane + nx]];
             let memories = Memories { psi_zeta: &mut self.z, first, stride: plane };
@@ -132,11 +133,12 @@ impl Absorber {
     }
 }
 
-/// The layer that contains a cell of a line of `n`, and the cell's index in its block.
+/// The layer that contains a cell of a line of `n`, and the cell's index in its block; none at a mirrored
+/// beginning.
 #[inline(always)]
-fn layer_of(cell: usize, n: usize) -> Option<(usize, usize)> {
+fn layer_of(cell: usize, n: usize, mirrored: bool) -> Option<(usize, usize)> {
     let upper = n - 1 - FACES;
-    if (1..=LAYER).contains(&cell) {
+    if (1..=LAYER).contains(&cell) && !mirrored {
         Some((0, cell))
     } else if cell > upper && cell < n - 1 {
         Some((1, cell - upper))

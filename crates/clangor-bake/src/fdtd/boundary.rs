@@ -23,7 +23,7 @@ use clangor_core::sound_model::acceleration::field::RIGID_DOFS;
 use glam::DVec3;
 
 use super::cut_cells::{CutCells, Pieces};
-use super::lattice::{COURANT, Lattice};
+use super::lattice::{COURANT, GHOSTS, Lattice};
 use crate::radiation::rigid_motions;
 
 /// Least volume of a cell per open face, with a small margin.
@@ -216,8 +216,9 @@ impl CutCells {
 }
 
 impl Rows {
-    /// The update rows of a body in a grid.
-    pub(super) fn new(mut cut: CutCells, lattice: &Lattice) -> Self {
+    /// The update rows of a body in a grid whose first cell is `origin` of that of the cut cells; none beyond
+    /// a mirror plane.
+    pub(super) fn new(mut cut: CutCells, lattice: &Lattice, origin: [usize; 3]) -> Self {
         // Borrow volume for stability.
         cut.lend();
         let strides = cut.strides();
@@ -229,7 +230,11 @@ impl Rows {
             if (0..3).any(|a| at[a] == 0 || at[a] + 1 == cut.size[a]) {
                 continue;
             }
-            let cell = lattice.index(std::array::from_fn(|a| at[a] + cut.low[a]));
+            let images = |a: usize| if lattice.mirrored[a] { GHOSTS } else { 0 };
+            if (0..3).any(|a| at[a] + cut.low[a] < origin[a] + images(a)) {
+                continue;
+            }
+            let cell = lattice.index(std::array::from_fn(|a| at[a] + cut.low[a] - origin[a]));
             let area = cut.open_area(index);
             // Cells without open faces are solid.
             if area == 0.0 || cut.volume[index] == 0.0 {

@@ -78,7 +78,7 @@ struct Tasks {
 impl Tasks {
     fn new(gpu: &Gpu, run: &GpuRun<'_>, first: usize, lanes: usize) -> Result<Self, GpuError> {
         let GpuRun { lattice, rows, recorder, pulse, stride, .. } = run;
-        let [nx, ny, nz] = lattice.0.map(|n| n as u32);
+        let [nx, ny, nz] = lattice.size.map(|n| n as u32);
         let longest = nx.max(ny).max(nz);
         // Parameters of the run and profiles of the absorbing layer.
         let points = recorder.points();

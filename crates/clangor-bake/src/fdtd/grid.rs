@@ -17,6 +17,7 @@ use pulp::{Simd, WithSimd};
 use super::absorber::{Absorber, LAYER};
 use super::boundary::Rows;
 use super::lattice::{GROUND, Lattice, SQUARE};
+use super::mirrors::fill_ghosts;
 use super::row_blocks::{Block, update_row};
 use crate::bem::triangles::lanes::Lanes;
 
@@ -37,6 +38,8 @@ pub(super) struct WaveGrid<'a> {
     absorber: Absorber,
     near_body: Vec<f32>,
     arch: pulp::Arch,
+    /// Signs of the images beyond the mirror planes.
+    signs: [f32; 3],
 }
 
 /// Source terms of a motion of the body in each row.
@@ -59,18 +62,20 @@ impl Drive {
 }
 
 impl<'a> WaveGrid<'a> {
-    /// Air at rest around a body that is driven in these motions.
-    pub(super) fn new(lattice: Lattice, rows: &'a Rows, drives: Vec<Drive>) -> Self {
+    /// Air at rest around a body that is driven in these motions, whose pressure has these signs under a
+    /// reflection along each mirrored axis.
+    pub(super) fn new(lattice: Lattice, rows: &'a Rows, drives: Vec<Drive>, signs: [f64; 3]) -> Self {
         WaveGrid {
             lattice,
             rows,
             drives,
             pressure: vec![GROUND; lattice.cells()],
             other: vec![GROUND; lattice.cells()],
-            weights: edge_weights(lattice.0[0]),
+            weights: edge_weights(lattice.size[0], lattice.mirrored[0]),
             absorber: Absorber::new(lattice),
             near_body: vec![0.0; rows.cells.len()],
             arch: pulp::Arch::new(),
+            signs: signs.map(|sign| sign as f32),
         }
     }
 
@@ -82,7 +87,8 @@ impl<'a> WaveGrid<'a> {
     /// Advances one time step, given for each motion the acceleration and its second derivative in units of
     /// (h/c)².
     pub(super) fn step(&mut self, motions: &[[f32; 2]]) {
-        let WaveGrid { lattice, rows, drives, pressure, other, weights, absorber, near_body, arch } = self;
+        let WaveGrid { lattice, rows, drives, pressure, other, weights, absorber, near_body, arch, signs } =
+            self;
         // Sources at the surface.
         near_body.fill(0.0);
         for (Drive { drive, bend }, [acceleration, bending]) in drives.iter().zip(motions) {
@@ -114,6 +120,7 @@ impl<'a> WaveGrid<'a> {
         for cell in &rows.solid {
             other[*cell as usize] = GROUND;
         }
+        fill_ghosts(lattice, other, *signs);
         std::mem::swap(pressure, other);
     }
 }
@@ -137,7 +144,8 @@ impl WithSimd for Sweep<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Sweep { lattice, p, new, weights, absorber } = self;
-        let [nx, ny, nz] = lattice.0;
+        let [nx, ny, nz] = lattice.size;
+        let mirrored = lattice.mirrored;
         let plane = nx * ny;
         for k in 1..nz - 1 {
             for j in 1..ny - 1 {
@@ -145,8 +153,8 @@ impl WithSimd for Sweep<'_> {
                 let row = |from: usize| &p[from..from + nx];
                 let new = &mut new[at..at + nx];
                 let faces = [row(at - nx), row(at + nx), row(at - plane), row(at + plane)];
-                let y = inner(j, ny).map(|cell| if cell { 1.0 } else { 0.0 });
-                let z = inner(k, nz).map(|cell| if cell { 1.0 } else { 0.0 });
+                let y = inner(j, ny, mirrored[1]).map(|cell| if cell { 1.0 } else { 0.0 });
+                let z = inner(k, nz, mirrored[2]).map(|cell| if cell { 1.0 } else { 0.0 });
                 if y[1] * z[1] == 0.0 {
                     advance_row(simd, new, row(at), faces);
                 } else {
@@ -156,7 +164,8 @@ impl WithSimd for Sweep<'_> {
                         (row(at + plane - nx), y[0] * z[2]),
                         (row(at + plane + nx), y[2] * z[2]),
                     ];
-                    let stencil = Stencil { open: [y[0], y[2], z[0], z[2]], edges, weights };
+                    let stencil =
+                        Stencil { open: [y[0], y[2], z[0], z[2]], edges, weights, mirrored: mirrored[0] };
                     advance_inner_row(simd, new, row(at), faces, &stencil);
                 }
                 absorber.absorb_row(simd, lattice, p, new, [j, k]);
@@ -167,13 +176,14 @@ impl WithSimd for Sweep<'_> {
 
 /// Whether the cell before, the cell itself and the one after are outside of the absorbing layers.
 #[inline(always)]
-fn inner(cell: usize, n: usize) -> [bool; 3] {
-    [cell - 1, cell, cell + 1].map(|c| c > LAYER && c < n - 1 - LAYER)
+fn inner(cell: usize, n: usize, mirrored: bool) -> [bool; 3] {
+    [cell - 1, cell, cell + 1].map(|c| (mirrored || c > LAYER) && c < n - 1 - LAYER)
 }
 
 /// Weight of the edges at each cell of a row of `n`: none in the absorbing layers.
-fn edge_weights(n: usize) -> Vec<f32> {
-    (0..n).map(|cell| if cell > LAYER && cell < n - 1 - LAYER { SIXTH } else { 0.0 }).collect()
+fn edge_weights(n: usize, mirrored: bool) -> Vec<f32> {
+    let is_inner = |cell: usize| (mirrored || cell > LAYER) && cell < n - 1 - LAYER;
+    (0..n).map(|cell| if is_inner(cell) { SIXTH } else { 0.0 }).collect()
 }
 
 /// A row with its neighbours along x: the cells without the rim, those before and those after.
@@ -226,6 +236,8 @@ struct Stencil<'a> {
     edges: [(&'a [f32], f32); 4],
     /// Weight of the edges at each cell.
     weights: &'a [f32],
+    /// Whether the row begins at a mirror plane, without a layer.
+    mirrored: bool,
 }
 
 /// A row outside of the absorbing layers across y and z: adds 1/6 Σ (p − p_a − p_b + p_ab) over the edges
@@ -242,7 +254,7 @@ fn advance_inner_row<S: Simd>(
     let ([a0, a1, a2], [b0, b1, b2]) = (shifted(a), shifted(b));
     let ([c0, c1, c2], [d0, d1, d2]) = (shifted(c), shifted(d));
     let [p0, p1, p2] = shifted(p);
-    let Stencil { open, edges: [(e, m0), (f, m1), (g, m2), (h, m3)], weights } = *stencil;
+    let Stencil { open, edges: [(e, m0), (f, m1), (g, m2), (h, m3)], weights, mirrored } = *stencil;
     let [[_, e, _], [_, f, _], [_, g, _], [_, h, _]] = [shifted(e), shifted(f), shifted(g), shifted(h)];
     let [_, weights, _] = shifted(weights);
     let n = p1.len();
@@ -271,9 +283,11 @@ fn advance_inner_row<S: Simd>(
     let [o0, o1, o2, o3] = open;
     let side = |[a, b, c, d, p]: [f32; 5]| o0 * a + o1 * b + o2 * c + o3 * d - (o0 + o1 + o2 + o3) * p;
     let (first, last) = (LAYER, n - 1 - LAYER);
-    let outside =
-        side([a0, b0, c0, d0, p0].map(|row| row[first])) - side([a1, b1, c1, d1, p1].map(|row| row[first]));
-    new[first] -= SQUARE * SIXTH * outside;
+    if !mirrored {
+        let outside = side([a0, b0, c0, d0, p0].map(|row| row[first]))
+            - side([a1, b1, c1, d1, p1].map(|row| row[first]));
+        new[first] -= SQUARE * SIXTH * outside;
+    }
     let outside =
         side([a2, b2, c2, d2, p2].map(|row| row[last])) - side([a1, b1, c1, d1, p1].map(|row| row[last]));
     new[last] -= SQUARE * SIXTH * outside;

@@ -19,24 +19,33 @@ pub(super) const SQUARE: f32 = (COURANT * COURANT) as f32;
 /// subnormal numbers, which are slow.
 pub(super) const GROUND: f32 = 1e-20;
 
-/// Cells along each axis of a grid.
+/// Cells of images beyond a mirror plane: as many as the recorder reaches.
+pub(super) const GHOSTS: usize = 3;
+
+/// The cells of a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Lattice(pub(super) [usize; 3]);
+pub(super) struct Lattice {
+    /// Cells along each axis.
+    pub(super) size: [usize; 3],
+    /// Axes at whose lower end is a mirror plane, with [images](super::mirrors) beyond it, and no absorbing
+    /// layer.
+    pub(super) mirrored: [bool; 3],
+}
 
 impl Lattice {
     /// Number of cells.
     pub(super) fn cells(&self) -> usize {
-        self.0.iter().product()
+        self.size.iter().product()
     }
 
     /// Difference of the indices of neighbours along each axis.
     pub(super) fn strides(&self) -> [usize; 3] {
-        [1, self.0[0], self.0[0] * self.0[1]]
+        [1, self.size[0], self.size[0] * self.size[1]]
     }
 
     /// Index of a cell, x fastest.
     pub(super) fn index(&self, [i, j, k]: [usize; 3]) -> usize {
-        (k * self.0[1] + j) * self.0[0] + i
+        (k * self.size[1] + j) * self.size[0] + i
     }
 }
 

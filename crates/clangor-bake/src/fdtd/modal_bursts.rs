@@ -97,7 +97,7 @@ impl WaveSolver {
         self.driven()
             .map(|row| {
                 let cell = self.rows.cells[row] as usize;
-                let at = [cell % strides[1], cell / strides[1] % self.lattice.0[1], cell / strides[2]];
+                let at = [cell % strides[1], cell / strides[1] % self.lattice.size[1], cell / strides[2]];
                 let middle = DVec3::from_array(at.map(|x| x as f64 + 0.5));
                 let [x, y, z, ..] = self.rows.drive[row].map(f64::from);
                 let area = DVec3::new(x, y, z) / f64::from(self.rows.scale[row]) * (h * h);
@@ -115,15 +115,18 @@ impl WaveSolver {
     /// of size 1 on the sphere of the bounding radius of the surface \[m times the unit of U\].
     ///
     /// # Errors
-    /// [`WaveError::Interrupted`].
+    /// [`WaveError::Interrupted`], [`WaveError::Mirrored`].
     pub fn run_modes(
         &self,
         motions: &[WaveMotion],
         progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
     ) -> Result<Vec<Vec<Complex64>>, WaveError> {
+        if self.mirrors.any() {
+            return Err(WaveError::Mirrored);
+        }
         let phases: Vec<f64> = motions.iter().map(|m| self.phase(m.wavenumber)).collect();
         let runs = colours(&phases, self.steps_after());
-        let recorder = self.recorder();
+        let recorder = self.recorder([1.0; 3]);
         let done = AtomicUsize::new(0);
         let all: usize = runs.iter().map(|run| self.steps(&phases, run)).sum();
         let on_progress = |steps: usize| {
@@ -155,17 +158,12 @@ impl WaveSolver {
         spacing: f64,
         longest: f64,
     ) -> f64 {
-        let [cells, after] = WaveSolver::extent(radius, spacing, longest);
+        let [cells, after] = WaveSolver::extent(radius, spacing, longest, 0);
         steps_of_modes(wavenumbers, spacing, after as usize) * cells
     }
 
     fn phase(&self, wavenumber: f64) -> f64 {
         phase(wavenumber, self.options.spacing)
-    }
-
-    fn recorder(&self) -> Recorder {
-        let WaveSolver { lattice, centre, radius, .. } = self;
-        Recorder::new(lattice, *centre, RECORDING * radius / self.options.spacing, self.options.order)
     }
 
     /// Steps from the end of the bursts to the end of a run.
@@ -198,7 +196,7 @@ impl WaveSolver {
         let steps = 2 * middle as usize + self.steps_after();
         // Time loop: record, drive, step.
         let drives = run.iter().map(|i| self.drive(&motions[*i].flux)).collect();
-        let mut grid = WaveGrid::new(self.lattice, &self.rows, drives);
+        let mut grid = WaveGrid::new(self.lattice, &self.rows, drives, [1.0; 3]);
         let mut signal = Vec::with_capacity((steps / stride + 1) * count(order));
         let mut accelerations = vec![[0.0; 2]; run.len()];
         for step in 0..steps {

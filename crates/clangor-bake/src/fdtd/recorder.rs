@@ -1,5 +1,7 @@
 //! The pressure on a sphere about the centre of mass, and its multipoles.
 //!
+//! With [mirror planes](super::mirrors), the points on one side of them stand for their images.
+//!
 //! Gauss–Legendre in cos θ times the trapezoid rule in φ. Pressures come from the cell centres by Lagrange's
 //! polynomials through six points along each axis, so that the interpolation error is below the error of the
 //! grid.
@@ -9,13 +11,15 @@ use std::f64::consts::{PI, TAU};
 use clangor_core::math::spherical_harmonics::{count, solid_harmonics};
 use glam::DVec3;
 
-use super::lattice::Lattice;
+use super::lattice::{GHOSTS, Lattice};
+use super::mirrors::Mirrors;
 use crate::quadrature::gauss_legendre;
 
 /// Points of the interpolation along each axis.
 pub(super) const TAPS: usize = 6;
 /// Cells that the interpolation reaches beyond a point.
 pub(super) const REACH: usize = TAPS / 2;
+const _: () = assert!(REACH <= GHOSTS, "points next to a mirror plane reach no further than the images");
 
 /// A point of the recording sphere.
 #[derive(Clone, Debug)]
@@ -33,9 +37,28 @@ struct Point {
     weights: [[f32; TAPS]; 3],
 }
 
+/// Centre and radius of a recording sphere \[cells\].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sphere {
+    pub(super) centre: DVec3,
+    pub(super) radius: f64,
+}
+
 impl Recorder {
-    /// Reads a sphere of `radius` about `centre` \[cells\] for multipoles up to `order`.
-    pub(super) fn new(lattice: &Lattice, centre: DVec3, radius: f64, order: usize) -> Self {
+    /// Reads a sphere for multipoles up to `order` about the axes of the body, of a field that has these signs
+    /// under a reflection along each mirrored axis.
+    pub(super) fn new(
+        lattice: &Lattice,
+        Sphere { centre, radius }: Sphere,
+        order: usize,
+        mirrors: &Mirrors,
+        signs: [f64; 3],
+    ) -> Self {
+        let images: Vec<(DVec3, f64)> = mirrors
+            .images()
+            .into_iter()
+            .map(|image| (image, (0..3).map(|a| if image[a] < 0.0 { signs[a] } else { 1.0 }).product()))
+            .collect();
         // Enough points that orders up to `order` + 10 do not alias.
         let rings = order + 6;
         let around = 2 * rings;
@@ -45,6 +68,9 @@ impl Recorder {
                 let (z, phi) = (2.0 * u - 1.0, TAU * (k as f64 + 0.5) / around as f64);
                 let flat = (1.0 - z * z).sqrt();
                 let direction = DVec3::new(flat * phi.cos(), flat * phi.sin(), z);
+                if (0..3).any(|a| mirrors.planes[a] && direction[a] < 0.0) {
+                    continue;
+                }
                 // In units of cells from the centre of cell 0.
                 let at = (centre + radius * direction - 0.5).to_array();
                 let first = at.map(|x| x.floor() as usize + 1 - REACH);
@@ -52,8 +78,14 @@ impl Recorder {
                     first: lattice.index(first),
                     weights: std::array::from_fn(|a| lagrange(at[a] - first[a] as f64)),
                 });
-                solid_harmonics(direction, order, &mut harmonics);
-                projection.extend(harmonics.iter().map(|y| 4.0 * PI * weight / around as f64 * y));
+                // The harmonics of the point and of its images.
+                let first = projection.len();
+                projection.resize(first + count(order), 0.0);
+                for (image, sign) in &images {
+                    solid_harmonics(mirrors.frame * (*image * direction), order, &mut harmonics);
+                    let weight = sign * 4.0 * PI * weight / around as f64;
+                    projection[first..].iter_mut().zip(&harmonics).for_each(|(sum, y)| *sum += weight * y);
+                }
             }
         }
         Recorder { points, projection, count: count(order) }

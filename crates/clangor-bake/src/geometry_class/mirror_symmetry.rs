@@ -5,7 +5,13 @@
 //! quartic form Q(d) = ∫ (d·x)⁴ dS and the phases of the moments ∫ (x + iy)^m dS about the distinct axis are
 //! candidates too. The coordinate axes are always candidates. A candidate is accepted if the mirrored
 //! vertices lie on the surface.
+//!
+//! A scan has noise, and triangles that cut off its edges. Half of it and its image stand for the body, so that
+//! the surface moves by half of the distances δ. To first order the change of a field is ∫ δ w dS with a kernel
+//! w that is as smooth as waves and walls: of distances without a mean, what is left in a patch of n independent
+//! ones is δ/√n. Their mean in patches is bounded, therefore, and the distances themselves more loosely.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use clangor_core::geometry::mass_properties::MassProperties;
@@ -15,12 +21,15 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
-/// Largest number of mirrored vertices.
-const SAMPLES: usize = 3000;
+/// Largest number of mirrored vertices and centroids.
+const SAMPLES: usize = 6000;
 /// Relative difference below which moments count as equal.
 const EQUAL: f64 = 2e-3;
-/// Largest residual of a noisy surface, in the root of their mean square.
-pub const NOISE: f64 = 10.0;
+/// Largest residual of a noisy surface, and the root of their mean square, in that of their means in patches.
+pub const NOISE: f64 = 20.0;
+const ROUGH: f64 = 4.0;
+/// Edge of a patch in bounding radii.
+const PATCH: f64 = 0.25;
 /// Highest order of mirror symmetry about an axis.
 const HIGHEST_FOLD: i32 = 8;
 
@@ -41,12 +50,11 @@ pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
     mirror_planes_within(mesh, &Within { largest: tolerance, mean: 0.0 })
 }
 
-/// The same for a surface with noise: residuals are at most `tolerance` \[m\], or [`NOISE`] times `mean` and
-/// `mean` in the root of their mean square.
+/// The same for a surface with noise: residuals are at most `tolerance` \[m\]; or their means in patches are
+/// at most `mean` in the root of the mean square, they themselves four times as much, and the largest is
+/// [`NOISE`] times as much.
 ///
-/// Half of a body and its image stand for the body, so that the surface moves by half of the residuals.
-/// With k times `mean` ≤ 2ε the phase of its sound changes by less than ε, and by far less if the noise has
-/// no mean.
+/// With k times `mean` ≤ 2ε the phase of the sound of a patch changes by less than ε.
 pub fn mirror_planes_in_mean(mesh: &TriMesh, tolerance: f64, mean: f64) -> Vec<MirrorPlane> {
     mirror_planes_within(mesh, &Within { largest: tolerance, mean })
 }
@@ -54,7 +62,7 @@ pub fn mirror_planes_in_mean(mesh: &TriMesh, tolerance: f64, mean: f64) -> Vec<M
 /// What residuals may be.
 struct Within {
     largest: f64,
-    /// Root of the mean square, up to [`NOISE`] times which the largest is accepted.
+    /// Root of the mean square of their means in patches.
     mean: f64,
 }
 
@@ -104,25 +112,62 @@ fn orthogonal(planes: Vec<MirrorPlane>) -> Vec<MirrorPlane> {
     result
 }
 
-/// Largest distance of a mirrored vertex from the surface, if the distances are small enough.
+/// Largest distance of a mirrored vertex from the surface, if the distances are small enough. Where noise is
+/// allowed, centroids of triangles count as noise: the two ways to divide a curved quadrilateral differ.
 fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) -> Option<f64> {
-    let count = mesh.vertices.len();
+    let vertices = mesh.vertices.len();
+    let count = vertices + if within.mean > 0.0 { mesh.triangles.len() } else { 0 };
     let step = count.div_ceil(SAMPLES).max(1);
     let reach = within.largest.max(NOISE * within.mean).next_up();
-    let (mut worst, mut squares, mut number) = (0.0_f64, 0.0, 0.0);
+    let patch = PATCH * mesh.bounding_radius(DVec3::ZERO);
+    let (mut distances, mut largest) = (Distances::default(), 0.0_f64);
     // A coarse sample first, which rejects most candidates.
-    for (start, stride) in [(0, 61 * step), (0, step)] {
-        (squares, number) = (0.0, 0.0);
-        for v in mesh.vertices.iter().skip(start).step_by(stride) {
-            let image = *v - 2.0 * v.dot(normal) * normal;
+    for stride in [61 * step, step] {
+        distances = Distances::default();
+        for i in (0..count).step_by(stride) {
+            let point = if i < vertices { mesh.vertices[i] } else { mesh.centroid(i - vertices) };
+            let image = point - 2.0 * point.dot(normal) * normal;
             let nearest = tree.nearest_where(mesh, image, reach, |_| true)?;
-            worst = worst.max(nearest.distance);
-            squares += nearest.distance.powi(2);
-            number += 1.0;
+            if i < vertices {
+                largest = largest.max(nearest.distance);
+            }
+            let outward = (image - nearest.position).dot(mesh.area_vector(nearest.triangle));
+            let cell = (image / patch).floor().as_i64vec3().to_array();
+            distances.add(nearest.distance.copysign(outward), cell);
         }
     }
-    let mean = (squares / f64::max(number, 1.0)).sqrt();
-    (worst <= within.largest.next_up() || mean <= within.mean).then_some(worst)
+    let is_noise = distances.mean() <= ROUGH * within.mean && distances.mean_of_patches() <= within.mean;
+    (largest <= within.largest.next_up() || is_noise).then_some(largest)
+}
+
+/// Signed distances from a surface \[m\].
+#[derive(Default)]
+struct Distances {
+    squares: f64,
+    number: f64,
+    /// Sum and number in each cell of space.
+    patches: BTreeMap<[i64; 3], (f64, f64)>,
+}
+
+impl Distances {
+    fn add(&mut self, distance: f64, cell: [i64; 3]) {
+        self.squares += distance * distance;
+        self.number += 1.0;
+        let patch = self.patches.entry(cell).or_default();
+        patch.0 += distance;
+        patch.1 += 1.0;
+    }
+
+    /// Root of the mean square.
+    fn mean(&self) -> f64 {
+        (self.squares / self.number.max(1.0)).sqrt()
+    }
+
+    /// The same of the means in patches.
+    fn mean_of_patches(&self) -> f64 {
+        let squares: f64 = self.patches.values().map(|(sum, number)| sum * sum / number).sum();
+        (squares / self.number.max(1.0)).sqrt()
+    }
 }
 
 /// Directions that may be normals of mirror planes.

@@ -91,7 +91,7 @@ pub(crate) fn expected_updates(
 ) -> Option<f64> {
     let highest = wavenumbers.iter().copied().fold(0.0, f64::max);
     let (spacing, longest) = (spacing(radius, highest, wall), LONGEST[usize::from(has_cavities)]);
-    let [cells, _] = WaveSolver::extent(radius, spacing, longest);
+    let [cells, _] = WaveSolver::extent(radius, spacing, longest, 0);
     (cells <= MOST_CELLS as f64)
         .then(|| WaveSolver::expected_updates_of_modes(wavenumbers, radius, spacing, longest))
 }

@@ -24,6 +24,7 @@ mod detect_axisymmetry;
 mod draft;
 mod first_frequency;
 mod many_wavenumbers;
+mod mirrored_waves;
 mod modal_axisymmetric_bem;
 mod modal_bem_fdtd;
 mod motion_fits;

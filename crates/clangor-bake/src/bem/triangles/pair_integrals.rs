@@ -106,7 +106,7 @@ impl PairIntegrator<'_> {
 }
 
 /// Sign of a rigid motion under a reflection: translations are vectors, rotations axial vectors.
-pub(super) fn parity(signs: DVec3, degree: usize) -> f64 {
+pub(crate) fn parity(signs: DVec3, degree: usize) -> f64 {
     let sign = signs.to_array()[degree % 3];
     if degree < RIGID_DOFS / 2 { sign } else { sign * signs.x * signs.y * signs.z }
 }

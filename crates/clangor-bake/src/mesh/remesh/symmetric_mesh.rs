@@ -84,7 +84,7 @@ impl SymmetricMesh {
 
 /// A frame that contains the given orthogonal directions among its axes, and flags for those axes. Directions
 /// along coordinate axes give the identity.
-pub(super) fn frame_of(normals: &[DVec3]) -> (DMat3, BVec3) {
+pub(crate) fn frame_of(normals: &[DVec3]) -> (DMat3, BVec3) {
     let mut columns = [None; 3];
     for normal in normals.iter().take(3) {
         let free = (0..3).filter(|k| columns[*k].is_none());

@@ -25,6 +25,7 @@ use std::f64::consts::TAU;
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::material::Material;
 
+use crate::acceleration::plan::{COARSEST_ACCURACY, mirrors, wave_options};
 use crate::acceleration::sampling::{LONGEST, SOLID_SPACING, density};
 use crate::acceleration::{BakeOptions, MOST_VERTICES, Method, coarser, has_cavities, has_narrow_mouth};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
@@ -32,6 +33,7 @@ use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::cost::operations::MOST_OPERATIONS;
 pub use crate::cost::operations::PER_SECOND;
 use crate::effort::Effort;
+use crate::fdtd::WaveDevice;
 use crate::fem::ElasticConstants;
 use crate::fem::finite_cells::expected;
 use crate::geometry_class::bake_geometry::BakeGeometry;
@@ -110,7 +112,10 @@ fn of_outside(geometry: &BakeGeometry, options: &BakeOptions) -> FieldCost {
             let patches = FieldCost { operations, unknowns };
             if of_surface.operations < operations { of_surface } else { patches }
         }
-        _ if options.method == Method::Fdtd => time_steps(geometry, options.max_wavenumber, true),
+        _ if options.method == Method::Fdtd => {
+            let parts = triangle_unknowns(geometry, options.max_wavenumber, options.accuracy).1;
+            time_steps(geometry, options, true, parts)
+        }
         _ => of_surface(geometry, options, kappa),
     }
 }
@@ -119,16 +124,31 @@ fn of_outside(geometry: &BakeGeometry, options: &BakeOptions) -> FieldCost {
 fn of_surface(geometry: &BakeGeometry, options: &BakeOptions, kappa: f64) -> FieldCost {
     let cavities = mesh_has_cavities(geometry);
     let spacing = density(cavities);
+    let mut by_triangles = None;
     for accuracy in std::iter::once(options.accuracy).chain(coarser(options.accuracy)) {
         let (unknowns, parts) = triangle_unknowns(geometry, options.max_wavenumber, accuracy);
         let system = (unknowns / parts) as usize;
         let triangles = operations::triangles(system, [parts as usize; 2], kappa, spacing);
         if system <= MOST_UNKNOWNS && triangles <= MOST_OPERATIONS {
-            return FieldCost { operations: triangles, unknowns: system as f64 };
+            by_triangles = Some((FieldCost { operations: triangles, unknowns: system as f64 }, parts));
+            break;
         }
     }
-    let in_time = time_steps(geometry, options.max_wavenumber, cavities);
-    FieldCost { operations: in_time.operations.min(MOST_OPERATIONS), ..in_time }
+    // Cells instead of triangles that take much longer, but not for errors that they do not reach.
+    let parts = by_triangles.map_or_else(
+        || triangle_unknowns(geometry, options.max_wavenumber, options.accuracy).1,
+        |(_, parts)| parts,
+    );
+    let in_time = time_steps(geometry, options, cavities, parts);
+    match by_triangles {
+        Some((triangles, _))
+            if options.accuracy < COARSEST_ACCURACY
+                || !operations::field_in_time(triangles.operations, in_time.operations) =>
+        {
+            triangles
+        }
+        _ => FieldCost { operations: in_time.operations.min(MOST_OPERATIONS), ..in_time },
+    }
 }
 
 /// Unknowns of triangles, and the parts into which mirror planes divide them.
@@ -144,16 +164,18 @@ fn triangle_unknowns(geometry: &BakeGeometry, wavenumber: f64, accuracy: f64) ->
     let unknowns = unknowns / (unknowns / MANY).clamp(1.0, fewest);
     let planes = match geometry {
         BakeGeometry::Mesh(mesh) if mesh.triangles.len() > MOST_TRIANGLES => 0,
-        geometry => geometry.mirror_normals(accuracy * wall).len(),
+        geometry => mirrors(geometry, [accuracy, wall], wavenumber).len(),
     };
     (unknowns, f64::from(1_u32 << planes))
 }
 
-fn time_steps(geometry: &BakeGeometry, wavenumber: f64, cavities: bool) -> FieldCost {
+/// Time steps on one of so many parts between mirror planes.
+fn time_steps(geometry: &BakeGeometry, options: &BakeOptions, cavities: bool, parts: f64) -> FieldCost {
     let radius = geometry.bounding_radius();
-    let edge = (0.5 * mean_wall(geometry)).min(TAU / wavenumber / 10.0).min(radius / 8.0);
-    let cells = (2.0 * radius / edge + 24.0).powi(3);
-    let steps = LONGEST[usize::from(cavities)] * radius / edge * 3.0_f64.sqrt();
+    let edge = (0.5 * mean_wall(geometry)).min(TAU / options.max_wavenumber / 10.0).min(radius / 8.0);
+    let planes = if options.device == WaveDevice::Cpu { parts.log2() as usize } else { 0 };
+    let waves = wave_options(options, radius, edge, LONGEST[usize::from(cavities)]);
+    let [cells, steps] = waves.extent(radius, planes);
     FieldCost { operations: operations::time_domain(cells, steps), unknowns: cells }
 }
 

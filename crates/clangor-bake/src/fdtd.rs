@@ -5,7 +5,7 @@
 //! boundary elements independently. One run per motion:
 //!
 //! ```text
-//! surface ─► cut cells ─► rows ─► leapfrog + absorber ─► multipoles on r = 1.5 R ─► spectra ─► samples
+//! surface ─► cut cells ─► rows ─► leapfrog + absorber ─► multipoles on a sphere ─► spectra ─► samples
 //!            cut_cells    boundary  grid, absorber                recorder                   field, tail
 //! ```
 //!
@@ -15,8 +15,8 @@
 //!   of second order instead of first;
 //! * the Laplacian is isotropic and the spectrum is read at the frequency at which the *grid* carries the
 //!   wavenumber, so that there is no dispersion up to fourth order;
-//! * the grid ends just beyond 1.5 R: outside, multipoles are exact at any distance;
-//! * of a body with [mirror planes](mirrors) one side is simulated.
+//! * the grid ends just beyond 1.25 to 1.5 R: outside, multipoles are exact at any distance;
+//! * of a body with mirror planes one side is simulated (`mirrors`).
 //!
 //! It is not for the highest accuracy (the error falls with h², the cost grows with h⁻⁴), and it does not
 //! model the losses at walls. Sharp edges reduce the order: the level of a wall of 1.8 mm with edges of 90°
@@ -63,16 +63,19 @@ use tail::Tail;
 
 use crate::gpu::GpuError;
 
-/// Radius of the recording sphere, in bounding radii.
-const RECORDING: f64 = 1.5;
+/// Largest and smallest radius of the recording sphere, in bounding radii.
+const RECORDING: [f64; 2] = [1.25, 1.5];
+/// What is left on it of multipoles that alias, and the lowest degree of those beyond the order.
+const ALIASED: (f64, usize) = (1e-4, 12);
 /// Position of the centre of mass in its cell: no face of a symmetric body coincides with a grid plane.
 const OFFSET: DVec3 = DVec3::new(0.137, 0.271, 0.391);
 /// Samples of the recorded signals per shortest period of the band. The pulse has no energy where they would
 /// alias.
 const OVERSAMPLING: f64 = 4.5;
 
-/// Time after the pulse, in R/c, when the direct wave has passed the sphere. Only resonances remain.
-const PASSED: f64 = RECORDING + 2.0;
+/// Time after the pulse, in R/c, in which the direct wave reaches the sphere of R and leaves the body behind:
+/// only resonances remain.
+const PASSED: f64 = 2.0;
 
 /// Device of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -97,6 +100,21 @@ pub struct WaveOptions {
     pub boundary: Boundary,
     /// Longest time simulated after the pulse, in R/c.
     pub longest: f64,
+}
+
+impl WaveOptions {
+    /// Cells and steps of the run of each motion, for a body of bounding radius `radius` \[m\] with so many
+    /// mirror planes; without the pulse, some hundred steps.
+    pub(crate) fn extent(&self, radius: f64, planes: usize) -> [f64; 2] {
+        let half = half_width(radius / self.spacing, self.order);
+        let cells = (2.0 * half).powi(3 - planes.min(3) as i32) * (half + GHOSTS as f64).powi(planes as i32);
+        [cells, self.steps_after(radius) as f64]
+    }
+
+    /// Steps from the end of a pulse to the end of a run.
+    fn steps_after(&self, radius: f64) -> usize {
+        ((recording(self.order) + self.longest) * radius / (self.spacing * COURANT)) as usize
+    }
 }
 
 /// Reasons why a body cannot be simulated.
@@ -151,10 +169,17 @@ pub(crate) const MOST_CELLS: usize = 256_000_000;
 /// Largest kh: 6 cells per wavelength.
 const MOST_PHASE: f64 = 1.05;
 
+/// Radius of the recording sphere of multipoles up to a degree, in bounding radii. Where waves of higher
+/// degree decay sooner it is smaller, and the grid with it.
+fn recording(order: usize) -> f64 {
+    let (left, beyond) = ALIASED;
+    left.powf(-1.0 / (order + beyond) as f64).clamp(RECORDING[0], RECORDING[1])
+}
+
 /// Half the cells along an axis of a grid that holds the recording sphere and the absorbing layer, for a body
-/// of this radius in cells.
-fn half_width(radius: f64) -> f64 {
-    (RECORDING * radius).ceil() + (recorder::REACH + absorber::LAYER + 2) as f64
+/// of this radius in cells, and multipoles up to a degree.
+fn half_width(radius: f64, order: usize) -> f64 {
+    (recording(order) * radius).ceil() + (recorder::REACH + absorber::LAYER + 2) as f64
 }
 
 /// A body in its grid, ready to run.
@@ -209,8 +234,8 @@ impl WaveSolver {
             });
         }
         let mirrors = Mirrors::new(normals);
-        let half = half_width(radius / h);
-        let [cells, _] = Self::extent(radius, h, options.longest, normals.len());
+        let half = half_width(radius / h, options.order);
+        let [cells, _] = options.extent(radius, normals.len());
         if cells > MOST_CELLS as f64 {
             return Err(WaveError::TooLarge { cells: cells as usize, most: MOST_CELLS, spacing: h });
         }
@@ -237,15 +262,6 @@ impl WaveSolver {
         let rows = Rows::new(cut, &lattice, origin);
         let centre = centre - DVec3::from_array(origin.map(|cell| cell as f64));
         Ok(WaveSolver { options, radius, mirrors, lattice, centre, rows, closed })
-    }
-
-    /// Cells and steps of the run of each motion, for a body of bounding radius `radius` \[m\] with so many
-    /// mirror planes, cells of `spacing` \[m\] and `longest` of [`WaveOptions`]; without the pulse, some
-    /// hundred steps.
-    pub(crate) fn extent(radius: f64, spacing: f64, longest: f64, planes: usize) -> [f64; 2] {
-        let half = half_width(radius / spacing);
-        let cells = (2.0 * half).powi(3 - planes.min(3) as i32) * (half + GHOSTS as f64).powi(planes as i32);
-        [cells, (RECORDING + longest) * radius / (spacing * COURANT)]
     }
 
     /// Cells of the grid.
@@ -276,12 +292,12 @@ impl WaveSolver {
         device: WaveDevice,
         progress: &(dyn Fn(f64) -> ControlFlow<()> + Sync),
     ) -> Result<WaveField, WaveError> {
-        let WaveOptions { max_wavenumber, spacing: h, order, longest, .. } = self.options;
+        let WaveOptions { max_wavenumber, spacing: h, order, .. } = self.options;
         let phase = phase_per_step(Complex64::from(max_wavenumber * h)).re;
         let stride = (std::f64::consts::TAU / (OVERSAMPLING * phase)).floor().max(1.0) as usize;
         let pulse = Pulse::new(phase);
         // Length of the run: the pulse, the travel time to the sphere, and the time of the options.
-        let steps = pulse.values.len() + ((RECORDING + longest) * self.radius / (h * COURANT)) as usize;
+        let steps = pulse.values.len() + self.options.steps_after(self.radius);
         let signals = match device {
             WaveDevice::Cpu => self.mirrors.about_body(self.step_all(&pulse, stride, steps, progress)?),
             _ if self.mirrors.any() => return Err(WaveError::Mirrored),
@@ -295,7 +311,7 @@ impl WaveSolver {
             WaveDevice::Gpu => return Err(GpuError::NotBuilt.into()),
         };
         let updates = (RIGID_DOFS * steps * self.lattice.cells()) as f64;
-        let free = pulse.values.len() + (PASSED * self.radius / (h * COURANT)) as usize;
+        let free = pulse.values.len() + self.steps_of_passage();
         let weights: [f64; RIGID_DOFS] = std::array::from_fn(|d| if d < 3 { 1.0 } else { h / self.radius });
         let tail = Tail::fit(&signals, count(order), free.div_ceil(stride), &weights);
         Ok(WaveField { spacing: h, radius: self.radius, order, stride, pulse, updates, signals, tail })
@@ -304,8 +320,14 @@ impl WaveSolver {
     /// Reads the recording sphere, of a field with these signs under the reflections.
     fn recorder(&self, signs: [f64; 3]) -> Recorder {
         let WaveOptions { spacing, order, .. } = self.options;
-        let sphere = Sphere { centre: self.centre, radius: RECORDING * self.radius / spacing };
+        let sphere = Sphere { centre: self.centre, radius: recording(order) * self.radius / spacing };
         Recorder::new(&self.lattice, sphere, order, &self.mirrors, signs)
+    }
+
+    /// Steps in which the direct wave passes the recording sphere.
+    fn steps_of_passage(&self) -> usize {
+        let WaveOptions { spacing, order, .. } = self.options;
+        ((recording(order) + PASSED) * self.radius / (spacing * COURANT)) as usize
     }
 
     /// The time loop on the processor, one thread per motion of the axes of the mirror planes: the signal of

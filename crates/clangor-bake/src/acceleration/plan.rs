@@ -6,7 +6,8 @@
 //! | axisymmetric | meridian, those of other surfaces |
 //! | other surfaces | triangles, time domain, triangles longer than the walls, cells larger than the walls |
 //!
-//! Triangles that take several times as long as cells come after them, for accuracies of 1 % and more.
+//! Triangles that take minutes, and several times as long as cells, come after them, for accuracies of 1 %
+//! and more.
 //!
 //! Where triangles for an accuracy below 1 % are too much, those for the finest of the [`coarser`] ones that
 //! fit come before the time domain: cells do not follow the accuracy, and sharp thin bodies are off by up to
@@ -31,8 +32,8 @@ use super::{BakeError, BakeOptions, MOST_ORDER, Method, multipole_order};
 use crate::bem::axisymmetric::{self, AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::{self, SymmetricPatchSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
-use crate::cost::operations::{self, MOST_OPERATIONS, PER_SECOND};
-use crate::fdtd::{self, WaveDevice, WaveSolver};
+use crate::cost::operations::{self, MOST_OPERATIONS};
+use crate::fdtd::{self, Boundary, WaveDevice, WaveOptions};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::{BoundaryChoice, rounded_box_hull};
 use crate::mesh::remesh::resolution::{Resolution, resolution};
@@ -41,10 +42,6 @@ use crate::radiation::RadiationSolver;
 /// Largest and smallest step of the band when it is narrowed, and most steps.
 const NARROWER: [f64; 2] = [1.1, 2.0];
 const MOST_STEPS: usize = 24;
-/// Operations of triangles from which on time steps are preferred that take fewer by a factor: cells of walls
-/// are less accurate.
-const CHEAP: f64 = 100.0 * PER_SECOND;
-const PREFERENCE: f64 = 4.0;
 /// Share of the error left to the discretisation of exact shapes.
 const FINE: f64 = 0.3;
 /// κ whose waves the triangles of an axisymmetric body resolve, at most.
@@ -52,8 +49,10 @@ const FINEST: f64 = 30.0;
 /// Triangles that are `MOST_UNKNOWNS` by estimate may be a quarter more.
 const ESTIMATE: f64 = 1.25;
 /// The coarsest accuracy of triangles in place of those for a finer one, and the ratio of each to the next.
-pub(super) const COARSEST_ACCURACY: f64 = 0.01;
+pub(crate) const COARSEST_ACCURACY: f64 = 0.01;
 const COARSER: f64 = 1.5;
+/// What cells reach.
+const CELLS_WITHIN: f64 = 0.05;
 
 /// The accuracies that may stand for one that triangles cannot reach, the finest first; none for 1 % or more.
 pub(crate) fn coarser(accuracy: f64) -> impl Iterator<Item = f64> {
@@ -196,8 +195,7 @@ impl<'a> FieldPlan<'a> {
 /// Puts time steps before triangles that take much longer.
 fn cheaper_first(able: &mut [(Candidate, f64)]) {
     if let [(Candidate::Triangles(_), triangles), (Candidate::TimeDomain { .. }, time)] = able
-        && *triangles >= CHEAP
-        && *triangles > PREFERENCE * *time
+        && operations::field_in_time(*triangles, *time)
     {
         able.swap(0, 1);
     }
@@ -330,7 +328,8 @@ impl<'a> Body<'a> {
                 let fine = coarse.min(0.5 * fineness.wall);
                 let spacing = if kind == Kind::TimeDomain { fine } else { coarse };
                 let planes = if self.options.device == WaveDevice::Cpu { planes } else { 0 };
-                let [cells, steps] = WaveSolver::extent(radius, spacing, longest, planes);
+                let options = BakeOptions { max_wavenumber: k, ..self.options };
+                let [cells, steps] = wave_options(&options, radius, spacing, longest).extent(radius, planes);
                 let operations = operations::time_domain(cells, steps);
                 let need = Need { operations, fill: cells / fdtd::MOST_CELLS as f64, growth: 3 };
                 Some((Candidate::TimeDomain { spacing, wall: fineness.wall }, need))
@@ -339,8 +338,20 @@ impl<'a> Body<'a> {
     }
 }
 
+/// Settings of time steps on cells of edge `spacing` \[m\] around a body of bounding radius `radius` \[m\],
+/// for `longest` R/c after the pulse.
+pub(crate) fn wave_options(options: &BakeOptions, radius: f64, spacing: f64, longest: f64) -> WaveOptions {
+    WaveOptions {
+        max_wavenumber: options.max_wavenumber,
+        spacing,
+        order: multipole_order(options.max_wavenumber * radius, options.accuracy),
+        boundary: Boundary::CutCells,
+        longest,
+    }
+}
+
 /// Normals of the mirror planes to within an accuracy, in a phase and in a wall of this thickness \[m\].
-pub(super) fn mirrors(geometry: &BakeGeometry, [accuracy, wall]: [f64; 2], k: f64) -> Vec<DVec3> {
+pub(crate) fn mirrors(geometry: &BakeGeometry, [accuracy, wall]: [f64; 2], k: f64) -> Vec<DVec3> {
     let tolerance = accuracy * wall;
     geometry.mirror_normals_in_mean(tolerance, tolerance.min(2.0 * accuracy / k))
 }
@@ -411,9 +422,9 @@ pub(super) fn less_accurate(asked: f64, candidate: &Candidate) -> Option<String>
             100.0 * accuracy,
             100.0 * asked
         )),
-        Candidate::TimeDomain { .. } if asked < COARSEST_ACCURACY => Some(format!(
+        Candidate::TimeDomain { .. } if asked < CELLS_WITHIN => Some(format!(
             "its clicks are simulated in time, within about 1 % where it is rounded and 5 % where it is thin \
-             and sharp: cells do not follow an accuracy of {:.2} %",
+             and sharp or near the resonances of a cavity: cells do not follow an accuracy of {:.2} %",
             100.0 * asked
         )),
         _ => None,

@@ -10,16 +10,16 @@ use glam::DVec3;
 
 use super::cavities::has_narrow_mouth;
 use super::draft::prepare_draft;
-use super::plan::{Candidate, FieldPlan, fine, large_cells, less_accurate, longest, mirrors};
+use super::plan::{Candidate, FieldPlan, fine, large_cells, less_accurate, longest, mirrors, wave_options};
 use super::prepared::Prepared;
 use super::sampling::{CAVITY_SPACING, SOLID_SPACING, density};
-use super::{BakeError, BakeOptions, BakeProgress, LEAST_SOLVES, multipole_order};
+use super::{BakeError, BakeOptions, BakeProgress, LEAST_SOLVES};
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::{Equation, TriangleSolver};
 use crate::cost::operations::{self, PER_SECOND};
 use crate::effort::Effort;
-use crate::fdtd::{Boundary, WaveDevice, WaveOptions, WaveSolver};
+use crate::fdtd::{WaveDevice, WaveSolver};
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
 use crate::mesh::remesh::resolution::Resolution;
@@ -217,17 +217,8 @@ fn time_stepping(
     progress: &mut dyn FnMut(&BakeProgress) -> ControlFlow<()>,
 ) -> Result<Prepared, BakeError> {
     let highest = options.max_wavenumber * mesh.bounding_radius(DVec3::ZERO);
-    let solver = WaveSolver::try_symmetric(
-        mesh,
-        planes,
-        WaveOptions {
-            max_wavenumber: options.max_wavenumber,
-            spacing: cell,
-            order: multipole_order(highest, options.accuracy),
-            boundary: Boundary::CutCells,
-            longest: longest(spacing),
-        },
-    )?;
+    let waves = wave_options(options, mesh.bounding_radius(DVec3::ZERO), cell, longest(spacing));
+    let solver = WaveSolver::try_symmetric(mesh, planes, waves)?;
     let unknowns = solver.cells();
     // Time stepping.
     let field = watched(progress, |report| solver.run_on(options.device, report))?;

@@ -5,9 +5,9 @@ use clangor_core::math::radial::reverse_bessel;
 use clangor_core::math::spherical_harmonics::count;
 use num_complex::Complex64;
 
-use super::RECORDING;
 use super::lattice::{phase_per_step, wavenumber_of};
 use super::pulse::Pulse;
+use super::recording;
 use super::tail::Tail;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
@@ -55,8 +55,8 @@ impl WaveField {
         self.updates
     }
 
-    /// For each motion the recorded multipoles on r = 1.5 R, up to the degree of the run: all of one sample,
-    /// then all of the next. In units of the grid.
+    /// For each motion the recorded multipoles on the recording sphere, up to the degree of the run: all of
+    /// one sample, then all of the next. In units of the grid.
     pub fn signals(&self) -> &[Vec<f64>] {
         &self.signals
     }
@@ -115,7 +115,8 @@ impl Reading {
         let s = Complex64::I * wavenumber * self.radius;
         let (mut here, mut there) = (Vec::new(), Vec::new());
         reverse_bessel(s, highest, &mut here);
-        reverse_bessel(s * RECORDING, highest, &mut there);
+        let sphere = recording(self.recorded);
+        reverse_bessel(s * sphere, highest, &mut there);
         // Discrete Fourier transform at the frequency of the wavenumber on the grid, and the tail.
         let mut sums = vec![Complex64::ZERO; count(order)];
         for (n, sample) in signal.chunks_exact(count(self.recorded)).enumerate() {
@@ -126,9 +127,9 @@ impl Reading {
         }
         add_tail(phase * self.stride as f64, &mut sums[..kept]);
         // Propagation from the recording sphere back to R.
-        let advance = (s * RECORDING).exp();
+        let advance = (s * sphere).exp();
         for n in 0..=highest {
-            let radial = here[n] / there[n] * RECORDING.powi(n as i32 + 1);
+            let radial = here[n] / there[n] * sphere.powi(n as i32 + 1);
             for sum in &mut sums[n * n..(n + 1) * (n + 1)] {
                 *sum *= scale * advance * radial;
             }

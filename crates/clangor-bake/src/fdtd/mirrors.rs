@@ -1,8 +1,8 @@
 //! Mirror planes of a body: the waves are stepped on one side of each, and their images stand for the rest.
 //!
 //! Each rigid motion along or about the axes of the planes is even or odd under a reflection, and so is its
-//! pressure. [`GHOSTS`] cells beyond a plane hold the images, with their sign, so that the cells before it need
-//! no other stencil; the planes lie between cells.
+//! pressure. [`GHOSTS`] cells beyond a plane hold the images, with their sign, so that the cells before it
+//! need no other stencil; the planes lie between cells.
 //!
 //! ```text
 //! p(−x) = ±p(x)    translations: odd along x;  rotations: odd about y and z

@@ -29,7 +29,7 @@ use super::grid::{Drive, WaveGrid};
 use super::lattice::{COURANT, phase_per_step};
 use super::recorder::Recorder;
 use super::tail::Tail;
-use super::{OVERSAMPLING, PASSED, RECORDING, WaveError, WaveSolver};
+use super::{OVERSAMPLING, WaveError, WaveOptions, WaveSolver};
 
 /// Width of a burst times the distance to the next frequency: e^{−x²/2} = 4e-5.
 const APART: f64 = 4.5;
@@ -150,25 +150,13 @@ impl WaveSolver {
         steps * self.cells() as f64
     }
 
-    /// The same for a body of bounding radius `radius` \[m\], cells of `spacing` \[m\] and `longest` of
-    /// [`WaveOptions`](super::WaveOptions), without a grid.
-    pub(crate) fn expected_updates_of_modes(
-        wavenumbers: &[f64],
-        radius: f64,
-        spacing: f64,
-        longest: f64,
-    ) -> f64 {
-        let [cells, after] = WaveSolver::extent(radius, spacing, longest, 0);
-        steps_of_modes(wavenumbers, spacing, after as usize) * cells
-    }
-
     fn phase(&self, wavenumber: f64) -> f64 {
         phase(wavenumber, self.options.spacing)
     }
 
     /// Steps from the end of the bursts to the end of a run.
     fn steps_after(&self) -> usize {
-        ((RECORDING + self.options.longest) * self.radius / (self.options.spacing * COURANT)) as usize
+        self.options.steps_after(self.radius)
     }
 
     fn steps(&self, phases: &[f64], run: &[usize]) -> usize {
@@ -210,7 +198,7 @@ impl WaveSolver {
             grid.step(&accelerations);
         }
         // Continuation of the free decay.
-        let free = 2 * middle as usize + (PASSED * self.radius / (h * COURANT)) as usize;
+        let free = 2 * middle as usize + self.steps_of_passage();
         let signals = [signal];
         let tail = Tail::fit(&signals, count(order), free.div_ceil(stride), &[1.0]);
         // Spectral line of each mode over that of its burst.
@@ -239,6 +227,15 @@ impl WaveSolver {
             drive.bend[row] = value * along(&rows.bend[row][..3]) / size;
         }
         drive
+    }
+}
+
+impl WaveOptions {
+    /// Cell updates of [`WaveSolver::run_modes`] for modes of these wavenumbers [1/m], of a body of bounding
+    /// radius `radius` \[m\], without a grid.
+    pub(crate) fn expected_updates_of_modes(&self, wavenumbers: &[f64], radius: f64) -> f64 {
+        let [cells, after] = self.extent(radius, 0);
+        steps_of_modes(wavenumbers, self.spacing, after as usize) * cells
     }
 }
 

@@ -21,6 +21,9 @@ pub(super) const TAPS: usize = 6;
 pub(super) const REACH: usize = TAPS / 2;
 const _: () = assert!(REACH <= GHOSTS, "points next to a mirror plane reach no further than the images");
 
+/// Distance from a mirror plane, over the radius, of points on it.
+const ON_PLANE: f64 = 1e-9;
+
 /// A point of the recording sphere.
 #[derive(Clone, Debug)]
 pub(super) struct Recorder {
@@ -45,8 +48,8 @@ pub(super) struct Sphere {
 }
 
 impl Recorder {
-    /// Reads a sphere for multipoles up to `order` about the axes of the body, of a field that has these signs
-    /// under a reflection along each mirrored axis.
+    /// Reads a sphere for multipoles up to `order` about the axes of the body, of a field that has these
+    /// signs under a reflection along each mirrored axis.
     pub(super) fn new(
         lattice: &Lattice,
         Sphere { centre, radius }: Sphere,
@@ -68,9 +71,12 @@ impl Recorder {
                 let (z, phi) = (2.0 * u - 1.0, TAU * (k as f64 + 0.5) / around as f64);
                 let flat = (1.0 - z * z).sqrt();
                 let direction = DVec3::new(flat * phi.cos(), flat * phi.sin(), z);
-                if (0..3).any(|a| mirrors.planes[a] && direction[a] < 0.0) {
+                // Points beyond a plane are images, those on it are their own.
+                let mirrored = (0..3).filter(|a| mirrors.planes[*a]).map(|a| direction[a]);
+                if mirrored.clone().any(|x| x < -ON_PLANE) {
                     continue;
                 }
+                let own = 0.5_f64.powi(mirrored.filter(|x| *x < ON_PLANE).count() as i32);
                 // In units of cells from the centre of cell 0.
                 let at = (centre + radius * direction - 0.5).to_array();
                 let first = at.map(|x| x.floor() as usize + 1 - REACH);
@@ -83,7 +89,7 @@ impl Recorder {
                 projection.resize(first + count(order), 0.0);
                 for (image, sign) in &images {
                     solid_harmonics(mirrors.frame * (*image * direction), order, &mut harmonics);
-                    let weight = sign * 4.0 * PI * weight / around as f64;
+                    let weight = own * sign * 4.0 * PI * weight / around as f64;
                     projection[first..].iter_mut().zip(&harmonics).for_each(|(sum, y)| *sum += weight * y);
                 }
             }

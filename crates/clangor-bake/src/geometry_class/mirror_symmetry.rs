@@ -6,10 +6,11 @@
 //! candidates too. The coordinate axes are always candidates. A candidate is accepted if the mirrored
 //! vertices lie on the surface.
 //!
-//! A scan has noise, and triangles that cut off its edges. Half of it and its image stand for the body, so that
-//! the surface moves by half of the distances δ. To first order the change of a field is ∫ δ w dS with a kernel
-//! w that is as smooth as waves and walls: of distances without a mean, what is left in a patch of n independent
-//! ones is δ/√n. Their mean in patches is bounded, therefore, and the distances themselves more loosely.
+//! A scan has noise, and triangles that cut off its edges. Half of it and its image stand for the body, so
+//! that the surface moves by half of the distances δ. To first order the change of a field is ∫ δ w dS with
+//! a kernel w that is as smooth as waves and walls: of distances without a mean, what is left in a patch of
+//! n independent ones is δ/√n. Their mean in patches is bounded, therefore, and the distances themselves
+//! more loosely.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;

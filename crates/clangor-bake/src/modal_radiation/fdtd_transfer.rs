@@ -55,13 +55,7 @@ impl FdtdModalSolver {
     pub fn with_spacing(surface: &TriMesh, highest: f64, spacing: f64) -> Result<Self, WaveError> {
         let radius = surface.bounding_radius(DVec3::ZERO);
         let cavity = MassProperties::of(surface).is_ok_and(|mass| has_cavities(surface, &mass));
-        let options = WaveOptions {
-            max_wavenumber: highest,
-            spacing,
-            order: order(highest * radius),
-            boundary: Boundary::CutCells,
-            longest: LONGEST[usize::from(cavity)],
-        };
+        let options = wave_options(radius, highest, spacing, cavity);
         Ok(FdtdModalSolver { solver: WaveSolver::try_new(surface, options)?, radius })
     }
 
@@ -73,6 +67,17 @@ impl FdtdModalSolver {
     /// Cell updates for modes of these wavenumbers [1/m].
     pub fn updates(&self, wavenumbers: &[f64]) -> f64 {
         self.solver.updates_of_modes(wavenumbers)
+    }
+}
+
+/// Settings of runs with cells of edge `spacing` \[m\].
+fn wave_options(radius: f64, highest: f64, spacing: f64, has_cavities: bool) -> WaveOptions {
+    WaveOptions {
+        max_wavenumber: highest,
+        spacing,
+        order: order(highest * radius),
+        boundary: Boundary::CutCells,
+        longest: LONGEST[usize::from(has_cavities)],
     }
 }
 
@@ -90,10 +95,9 @@ pub(crate) fn expected_updates(
     has_cavities: bool,
 ) -> Option<f64> {
     let highest = wavenumbers.iter().copied().fold(0.0, f64::max);
-    let (spacing, longest) = (spacing(radius, highest, wall), LONGEST[usize::from(has_cavities)]);
-    let [cells, _] = WaveSolver::extent(radius, spacing, longest, 0);
-    (cells <= MOST_CELLS as f64)
-        .then(|| WaveSolver::expected_updates_of_modes(wavenumbers, radius, spacing, longest))
+    let options = wave_options(radius, highest, spacing(radius, highest, wall), has_cavities);
+    let [cells, _] = options.extent(radius, 0);
+    (cells <= MOST_CELLS as f64).then(|| options.expected_updates_of_modes(wavenumbers, radius))
 }
 
 impl ModalSolver for FdtdModalSolver {

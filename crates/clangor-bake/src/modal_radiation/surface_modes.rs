@@ -28,6 +28,7 @@ use clangor_core::sound_model::modal::surface::ModalSurface;
 use super::{ModalMotion, ModalSolver};
 use crate::acceleration::BakeError;
 use crate::bem::triangles::MOST_UNKNOWNS;
+use crate::cost::operations::{self, CHEAP, PER_SECOND};
 use crate::mesh::remesh::resolution::resolution;
 use crate::modal_radiation::bem_transfer::{BemModalSolver, centred_mirrors};
 use crate::modal_radiation::fdtd_transfer::{FdtdModalSolver, UPDATES, expected_updates};
@@ -38,15 +39,11 @@ const ASSEMBLY: f64 = 5e-8;
 const FACTORISATION: f64 = 4.3e-11;
 /// Cost of an average mode, for which half of the finest mesh may suffice, relative to the highest.
 const AVERAGE: f64 = 0.6;
-/// CPU-s below which the other method is not considered.
-const CHEAP: f64 = 100.0;
-/// Cost ratio above which the less accurate finite differences are chosen.
-const PREFERENCE: f64 = 4.0;
 
 /// Whether modes are simulated in time that take boundary elements so many CPU-s, infinitely many where they
 /// do not fit, or so many cell updates.
 fn in_time(elements: f64, updates: f64) -> bool {
-    elements >= CHEAP && elements > PREFERENCE * updates / UPDATES
+    operations::in_time(elements * PER_SECOND, updates / UPDATES * PER_SECOND)
 }
 
 /// Expected k of modes up to `highest` [1/m].
@@ -63,7 +60,7 @@ pub(crate) fn expected_seconds(
     has_cavities: bool,
 ) -> Option<f64> {
     let elements = elements.unwrap_or(f64::INFINITY);
-    let chosen = elements >= CHEAP
+    let chosen = elements >= CHEAP / PER_SECOND
         && expected_updates(&even_wavenumbers(modes, highest), sizes, has_cavities)
             .is_some_and(|updates| in_time(elements, updates));
     match chosen {
@@ -109,7 +106,7 @@ impl SurfaceModes {
             true => AVERAGE * modes as f64 * (ASSEMBLY * all * system + FACTORISATION * system.powi(3)),
             false => f64::INFINITY,
         };
-        if elements >= CHEAP {
+        if elements >= CHEAP / PER_SECOND {
             match FdtdModalSolver::try_new(surface, highest, fineness.wall) {
                 Ok(fdtd) => {
                     if in_time(elements, fdtd.updates(&even_wavenumbers(modes, highest))) {

@@ -39,7 +39,12 @@ fn difference(samples: &[RadiationSample], expected: &[RadiationSample], radius:
 
 #[test]
 fn one_side_of_mirror_planes_sounds_as_the_whole() {
-    for (shape, cells_per_radius, planes) in [("mug", 28.0, 1), ("ellipsoid:0.03x0.02x0.015", 16.0, 3)] {
+    // Of an odd order some points of the recording sphere lie on a plane.
+    for (shape, cells_per_radius, planes, order) in [
+        ("mug", 28.0, 1, 9),
+        ("ellipsoid:0.03x0.02x0.015", 16.0, 3, 9),
+        ("ellipsoid:0.03x0.02x0.015", 16.0, 3, 8),
+    ] {
         let mesh = turned(shape);
         let radius = mesh.bounding_radius(DVec3::ZERO);
         let normals: Vec<DVec3> =
@@ -48,7 +53,7 @@ fn one_side_of_mirror_planes_sounds_as_the_whole() {
         let options = WaveOptions {
             max_wavenumber: 4.0 / radius,
             spacing: radius / cells_per_radius,
-            order: 8,
+            order,
             boundary: Boundary::CutCells,
             longest: 6.0,
         };
@@ -56,7 +61,7 @@ fn one_side_of_mirror_planes_sounds_as_the_whole() {
         let run = |normals: &[DVec3]| {
             let solver = WaveSolver::try_symmetric(&mesh, normals, options).expect("a grid");
             let field = solver.run(&|_| ControlFlow::Continue(())).expect("a run");
-            (field.samples(&wavenumbers, 8), solver.cells() as f64)
+            (field.samples(&wavenumbers, order), solver.cells() as f64)
         };
         let (whole, all) = run(&[]);
         for few in 1..=planes {

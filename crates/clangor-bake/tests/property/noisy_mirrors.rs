@@ -39,3 +39,23 @@ fn noise_hides_no_mirror_plane_and_a_different_side_does() {
     let wider = wider.relative_to(MassProperties::of(&wider).expect("a solid").centre_of_mass);
     assert_eq!(mirror_planes_in_mean(&wider, tolerance, tolerance).len(), 0);
 }
+
+#[test]
+fn noise_above_the_tolerance_hides_no_plane_and_a_dent_of_its_size_does() {
+    let (noise, tolerance) = (1.2e-4, 5e-5);
+    let mug = noisy_mug(noise);
+    let planes = mirror_planes_in_mean(&mug, tolerance, tolerance);
+    assert_eq!(planes.len(), 1);
+    // Distances without a mean are twice as large; the largest seen is 4.1e-4 m.
+    assert!(planes[0].residual > 2.0 * tolerance, "{planes:?}");
+    // A dent of 0.8 mm, 30 mm wide, on one side.
+    let normal = planes[0].normal;
+    let side =
+        mug.vertices.iter().copied().max_by(|a, b| a.dot(normal).total_cmp(&b.dot(normal))).expect("one");
+    let mut dented = mug.clone();
+    for v in dented.vertices.iter_mut().filter(|v| v.distance(side) < 0.015) {
+        *v -= 8e-4 * normal;
+    }
+    let dented = dented.relative_to(MassProperties::of(&dented).expect("a solid").centre_of_mass);
+    assert_eq!(mirror_planes_in_mean(&dented, tolerance, tolerance).len(), 0);
+}

@@ -25,6 +25,7 @@ mod contact_rows;
 mod contact_system;
 mod end_rule;
 mod energy_balance;
+mod few_modes;
 mod friction;
 mod half_space;
 mod member;

@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use super::compliant_error::CompliantContactError;
 use super::contact_law::{ContactLaw, StepLaw, hertz_duration};
 use super::contact_rows::{ContactRow, RigidMember};
+use super::few_modes::FEW;
 use super::member::{Member, MemberContact};
 use super::modal_propagator::LANES;
 use super::validation::check;
@@ -38,6 +39,8 @@ pub(super) struct MemberModes {
     pub(super) driven: Range<usize>,
     /// Among [`ContactSystem::shapes`]: one after another for each driven row.
     pub(super) shapes: Range<usize>,
+    /// Among [`ContactSystem::across`]: one after another for each mode; empty where modes are many.
+    pub(super) across: Range<usize>,
 }
 
 /// An impact ready to be solved. It can be refilled without new memory.
@@ -55,6 +58,8 @@ pub struct ContactSystem {
     /// Rows that drive modes, grouped by member, and their shapes: displacement along the row [kg^−½].
     pub(super) driven: Vec<usize>,
     pub(super) shapes: Vec<f64>,
+    /// The shapes of members with few modes, at all their driven rows.
+    pub(super) across: Vec<f64>,
 }
 
 impl ContactSystem {
@@ -122,6 +127,7 @@ impl ContactSystem {
         self.modes.clear();
         self.driven.clear();
         self.shapes.clear();
+        self.across.clear();
         for (index, member) in members.iter().enumerate() {
             let (begin, count) = (self.poles.len(), member.poles.len());
             let end = begin + count.next_multiple_of(LANES);
@@ -143,11 +149,18 @@ impl ContactSystem {
                     self.shapes.resize(from + end - begin, 0.0);
                 }
             }
+            let across = self.across.len();
+            if count <= FEW {
+                let of_mode =
+                    |mode: usize| self.shapes[shapes..].iter().skip(mode).step_by((end - begin).max(1));
+                self.across.extend((0..count).flat_map(of_mode));
+            }
             self.modes.push(MemberModes {
                 own: begin..end,
                 count,
                 driven: driven..self.driven.len(),
                 shapes: shapes..self.shapes.len(),
+                across: across..self.across.len(),
             });
         }
     }

@@ -6,7 +6,8 @@
 //!
 //! w is kept divided by ω_d, so that its imaginary part is q. Beside w, E w is kept: what the displacement is
 //! after the next step without force. One pass per step and member updates both and sums that displacement
-//! at each contact. The loops use the widest vector instructions of the machine, chosen at run time.
+//! at each contact. The loops use the widest vector instructions of the machine, chosen at run time: along
+//! the modes here, along the contacts in [`few_modes`](super::few_modes).
 
 use std::ops::Range;
 
@@ -20,11 +21,11 @@ pub(super) const LANES: usize = 16;
 #[derive(Clone, Debug, Default)]
 pub(super) struct ModalPropagator {
     /// E and B/ω_d, real and imaginary.
-    turn: [Vec<f64>; 2],
-    push: [Vec<f64>; 2],
+    pub(super) turn: [Vec<f64>; 2],
+    pub(super) push: [Vec<f64>; 2],
     /// w/ω_d and E w/ω_d, real and imaginary.
-    now: [Vec<f64>; 2],
-    next: [Vec<f64>; 2],
+    pub(super) now: [Vec<f64>; 2],
+    pub(super) next: [Vec<f64>; 2],
     /// Modal force of a step.
     drive: Vec<f64>,
     /// Poles; and for the damping loss (e^{2σh} − 1)/(2σ), (e^{2λh} − 1)/(2λ).
@@ -204,34 +205,29 @@ impl WithSimd for Advance<'_> {
         let ([turn_re, turn_im], [push_re, push_im]) = (turn.map(read), push.map(read));
         let [now_re, now_im] = now.map(|v| S::as_mut_simd_f64s(v).0);
         let [next_re, next_im] = next.map(|v| S::as_mut_simd_f64s(v).0);
-        // With one shape, drive and sum belong to the same pass.
+        // With one shape, the force on the modes needs no pass of its own.
         let (source, scale) = if single {
             (&shapes[..count], simd.splat_f64s(forces[0]))
         } else {
             (&*drive, simd.splat_f64s(1.0))
         };
         let source = read(source);
-        let mut sum = [simd.splat_f64s(0.0); 2];
         for j in 0..source.len() {
             let q = simd.mul_f64s(source[j], scale);
             let re = simd.mul_add_f64s(push_re[j], q, next_re[j]);
             let im = simd.mul_add_f64s(push_im[j], q, next_im[j]);
             (now_re[j], now_im[j]) = (re, im);
             next_re[j] = simd.sub_f64s(simd.mul_f64s(turn_re[j], re), simd.mul_f64s(turn_im[j], im));
-            let ahead = simd.mul_add_f64s(turn_re[j], im, simd.mul_f64s(turn_im[j], re));
-            next_im[j] = ahead;
-            sum[j % 2] = simd.mul_add_f64s(source[j], ahead, sum[j % 2]);
-        }
-        if single {
-            sums[0] = simd.reduce_sum_f64s(simd.add_f64s(sum[0], sum[1]));
-            return;
+            next_im[j] = simd.mul_add_f64s(turn_re[j], im, simd.mul_f64s(turn_im[j], re));
         }
         for (shape, total) in shapes.chunks_exact(count).zip(sums) {
-            let mut sum = [simd.splat_f64s(0.0); 2];
-            for (j, shape) in read(shape).iter().enumerate() {
-                sum[j % 2] = simd.mul_add_f64s(*shape, next_im[j], sum[j % 2]);
+            // Two sums, which do not wait for each other.
+            let (mut even, mut odd) = (simd.splat_f64s(0.0), simd.splat_f64s(0.0));
+            for (shape, q) in read(shape).chunks_exact(2).zip(next_im.chunks_exact(2)) {
+                even = simd.mul_add_f64s(shape[0], q[0], even);
+                odd = simd.mul_add_f64s(shape[1], q[1], odd);
             }
-            *total = simd.reduce_sum_f64s(simd.add_f64s(sum[0], sum[1]));
+            *total = simd.reduce_sum_f64s(simd.add_f64s(even, odd));
         }
     }
 }

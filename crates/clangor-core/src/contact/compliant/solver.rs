@@ -247,13 +247,14 @@ impl SolverMemory {
         self.gather(system);
         let [forces, sums] = &mut self.driven;
         for modes in &system.modes {
-            self.modes.advance(
-                arch,
-                modes.own.clone(),
-                &system.shapes[modes.shapes.clone()],
-                &forces[modes.driven.clone()],
-                &mut sums[modes.driven.clone()],
-            );
+            let own = modes.own.start..modes.own.start + modes.count;
+            let (forces, sums) = (&forces[modes.driven.clone()], &mut sums[modes.driven.clone()]);
+            if modes.across.is_empty() {
+                let shapes = &system.shapes[modes.shapes.clone()];
+                self.modes.advance(arch, modes.own.clone(), shapes, forces, sums);
+            } else {
+                self.modes.advance_few(arch, own, &system.across[modes.across.clone()], forces, sums);
+            }
         }
         self.rows.ahead.fill(0.0);
         for (sum, row) in sums.iter().zip(&system.driven) {

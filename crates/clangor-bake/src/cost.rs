@@ -142,7 +142,8 @@ fn of_surface(geometry: &BakeGeometry, options: &BakeOptions, kappa: f64) -> Fie
     let in_time = time_steps(geometry, options, cavities, parts);
     match by_triangles {
         Some((triangles, _))
-            if options.accuracy < COARSEST_ACCURACY
+            if options.method != Method::Auto
+                || options.accuracy < COARSEST_ACCURACY
                 || !operations::field_in_time(triangles.operations, in_time.operations) =>
         {
             triangles

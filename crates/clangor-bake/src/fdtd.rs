@@ -63,8 +63,10 @@ use tail::Tail;
 
 use crate::gpu::GpuError;
 
-/// Largest and smallest radius of the recording sphere, in bounding radii.
+/// Smallest and largest radius of the recording sphere, in bounding radii.
 const RECORDING: [f64; 2] = [1.25, 1.5];
+/// Least distance of the smallest sphere from that of the body \[cells\].
+const CELLS_BETWEEN: f64 = 4.0;
 /// What is left on it of multipoles that alias, and the lowest degree of those beyond the order.
 const ALIASED: (f64, usize) = (1e-4, 12);
 /// Position of the centre of mass in its cell: no face of a symmetric body coincides with a grid plane.
@@ -73,8 +75,7 @@ const OFFSET: DVec3 = DVec3::new(0.137, 0.271, 0.391);
 /// alias.
 const OVERSAMPLING: f64 = 4.5;
 
-/// Time after the pulse, in R/c, in which the direct wave reaches the sphere of R and leaves the body behind:
-/// only resonances remain.
+/// Time in which a wave crosses the body, in R/c.
 const PASSED: f64 = 2.0;
 
 /// Device of a run.
@@ -113,7 +114,8 @@ impl WaveOptions {
 
     /// Steps from the end of a pulse to the end of a run.
     fn steps_after(&self, radius: f64) -> usize {
-        ((recording(self.order) + self.longest) * radius / (self.spacing * COURANT)) as usize
+        let cells = radius / self.spacing;
+        ((recording(self.order, cells) + self.longest) * cells / COURANT) as usize
     }
 }
 
@@ -166,20 +168,39 @@ pub enum WaveError {
 
 /// Most cells of a grid: indices have 32 bits, and six grids of this size take 12 GB.
 pub(crate) const MOST_CELLS: usize = 256_000_000;
+/// Most cells of the box about a body, all sides of its mirror planes, in which cells are cut: 2.6 GB.
+pub(crate) const MOST_CUT_CELLS: usize = 80_000_000;
+/// Least half-width of a grid \[cells\]: rows between a mirror plane and the rim fill the widest vectors.
+const LEAST_WIDTH: f64 = 16.0;
 /// Largest kh: 6 cells per wavelength.
 const MOST_PHASE: f64 = 1.05;
 
-/// Radius of the recording sphere of multipoles up to a degree, in bounding radii. Where waves of higher
-/// degree decay sooner it is smaller, and the grid with it.
-fn recording(order: usize) -> f64 {
+/// Radius of the recording sphere of multipoles up to a degree, in bounding radii, for a body of this
+/// radius in cells. Where waves of higher degree decay sooner it is smaller, and the grid with it.
+fn recording(order: usize, radius: f64) -> f64 {
+    let [least, most] = RECORDING;
     let (left, beyond) = ALIASED;
-    left.powf(-1.0 / (order + beyond) as f64).clamp(RECORDING[0], RECORDING[1])
+    let least = (1.0 + CELLS_BETWEEN / radius).clamp(least, most);
+    left.powf(-1.0 / (order + beyond) as f64).clamp(least, most)
 }
 
 /// Half the cells along an axis of a grid that holds the recording sphere and the absorbing layer, for a body
 /// of this radius in cells, and multipoles up to a degree.
 fn half_width(radius: f64, order: usize) -> f64 {
-    (recording(order) * radius).ceil() + (recorder::REACH + absorber::LAYER + 2) as f64
+    let width = (recording(order, radius) * radius).ceil() + (recorder::REACH + absorber::LAYER + 2) as f64;
+    width.max(LEAST_WIDTH)
+}
+
+/// Cells of `spacing` \[m\] in the box about a surface with mirror planes of these normals, without its
+/// margin.
+pub(crate) fn cut_cells(surface: &TriMesh, normals: &[DVec3], spacing: f64) -> f64 {
+    let mirrors = Mirrors::new(normals);
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for vertex in &surface.vertices {
+        let place = mirrors.frame.transpose() * *vertex;
+        (low, high) = (low.min(place), high.max(place));
+    }
+    ((high - low) / spacing).element_product()
 }
 
 /// A body in its grid, ready to run.
@@ -238,6 +259,10 @@ impl WaveSolver {
         let [cells, _] = options.extent(radius, normals.len());
         if cells > MOST_CELLS as f64 {
             return Err(WaveError::TooLarge { cells: cells as usize, most: MOST_CELLS, spacing: h });
+        }
+        let cut = cut_cells(surface, normals, h);
+        if cut > MOST_CUT_CELLS as f64 {
+            return Err(WaveError::TooLarge { cells: cut as usize, most: MOST_CUT_CELLS, spacing: h });
         }
         // The whole grid, and the part of it before the mirror planes, which lie between cells.
         let of_axis = |mirrored: bool, whole: usize, part: usize| if mirrored { part } else { whole };
@@ -320,14 +345,17 @@ impl WaveSolver {
     /// Reads the recording sphere, of a field with these signs under the reflections.
     fn recorder(&self, signs: [f64; 3]) -> Recorder {
         let WaveOptions { spacing, order, .. } = self.options;
-        let sphere = Sphere { centre: self.centre, radius: recording(order) * self.radius / spacing };
+        let cells = self.radius / spacing;
+        let sphere = Sphere { centre: self.centre, radius: recording(order, cells) * cells };
         Recorder::new(&self.lattice, sphere, order, &self.mirrors, signs)
     }
 
-    /// Steps in which the direct wave passes the recording sphere.
+    /// Steps after the pulse until the direct wave, from any side of the body, has passed the recording
+    /// sphere: only resonances remain.
     fn steps_of_passage(&self) -> usize {
         let WaveOptions { spacing, order, .. } = self.options;
-        ((recording(order) + PASSED) * self.radius / (spacing * COURANT)) as usize
+        let cells = self.radius / spacing;
+        ((recording(order, cells) + PASSED) * cells / COURANT) as usize
     }
 
     /// The time loop on the processor, one thread per motion of the axes of the mirror planes: the signal of

@@ -6,8 +6,8 @@
 //! | axisymmetric | meridian, those of other surfaces |
 //! | other surfaces | triangles, time domain, triangles longer than the walls, cells larger than the walls |
 //!
-//! Triangles that take minutes, and several times as long as cells, come after them, for accuracies of 1 %
-//! and more.
+//! Triangles that take ten minutes, and several times as long as cells that resolve the walls, come after
+//! them, for accuracies of 1 % and more.
 //!
 //! Where triangles for an accuracy below 1 % are too much, those for the finest of the [`coarser`] ones that
 //! fit come before the time domain: cells do not follow the accuracy, and sharp thin bodies are off by up to
@@ -192,9 +192,10 @@ impl<'a> FieldPlan<'a> {
     }
 }
 
-/// Puts time steps before triangles that take much longer.
+/// Puts time steps on cells that resolve the walls before triangles that take much longer.
 fn cheaper_first(able: &mut [(Candidate, f64)]) {
-    if let [(Candidate::Triangles(_), triangles), (Candidate::TimeDomain { .. }, time)] = able
+    if let [(Candidate::Triangles(_), triangles), (Candidate::TimeDomain { spacing, wall }, time)] = able
+        && large_cells(*spacing, *wall).is_none()
         && operations::field_in_time(*triangles, *time)
     {
         able.swap(0, 1);
@@ -232,8 +233,8 @@ struct Body<'a> {
     cavities: Option<bool>,
     /// At the wavenumber asked about last.
     fineness: Option<(f64, Resolution)>,
-    /// Mirror planes at the wavenumber and accuracy asked about last.
-    planes: Option<([f64; 2], usize)>,
+    /// Normals of the mirror planes at the wavenumber and accuracy asked about last.
+    planes: Option<([f64; 2], Vec<DVec3>)>,
 }
 
 impl<'a> Body<'a> {
@@ -263,11 +264,12 @@ impl<'a> Body<'a> {
         };
         self.fineness = Some((k, fineness));
         let area = surface.area();
-        let planes = match self.planes {
+        let normals = match self.planes.take() {
             Some((at, known)) if at == [k, accuracy] => known,
-            _ => mirrors(self.geometry, [accuracy, fineness.wall], k).len(),
+            _ => mirrors(self.geometry, [accuracy, fineness.wall], k),
         };
-        self.planes = Some(([k, accuracy], planes));
+        let planes = normals.len();
+        self.planes = Some(([k, accuracy], normals));
         Ok((fineness, planes, area))
     }
 
@@ -327,11 +329,16 @@ impl<'a> Body<'a> {
                 // Two cells across a wall; at least ten on the shortest wave, eight on the radius.
                 let fine = coarse.min(0.5 * fineness.wall);
                 let spacing = if kind == Kind::TimeDomain { fine } else { coarse };
-                let planes = if self.options.device == WaveDevice::Cpu { planes } else { 0 };
+                let normals = match &self.planes {
+                    Some((_, normals)) if self.options.device == WaveDevice::Cpu => normals.as_slice(),
+                    _ => &[],
+                };
                 let options = BakeOptions { max_wavenumber: k, ..self.options };
-                let [cells, steps] = wave_options(&options, radius, spacing, longest).extent(radius, planes);
-                let operations = operations::time_domain(cells, steps);
-                let need = Need { operations, fill: cells / fdtd::MOST_CELLS as f64, growth: 3 };
+                let waves = wave_options(&options, radius, spacing, longest);
+                let [cells, steps] = waves.extent(radius, normals.len());
+                let cut = self.surface.as_deref().map_or(0.0, |mesh| fdtd::cut_cells(mesh, normals, spacing));
+                let fill = (cells / fdtd::MOST_CELLS as f64).max(cut / fdtd::MOST_CUT_CELLS as f64);
+                let need = Need { operations: operations::time_domain(cells, steps), fill, growth: 3 };
                 Some((Candidate::TimeDomain { spacing, wall: fineness.wall }, need))
             }
         })

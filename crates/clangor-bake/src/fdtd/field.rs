@@ -115,7 +115,7 @@ impl Reading {
         let s = Complex64::I * wavenumber * self.radius;
         let (mut here, mut there) = (Vec::new(), Vec::new());
         reverse_bessel(s, highest, &mut here);
-        let sphere = recording(self.recorded);
+        let sphere = recording(self.recorded, self.radius / self.spacing);
         reverse_bessel(s * sphere, highest, &mut there);
         // Discrete Fourier transform at the frequency of the wavenumber on the grid, and the tail.
         let mut sums = vec![Complex64::ZERO; count(order)];

@@ -62,7 +62,7 @@ impl Recorder {
             .into_iter()
             .map(|image| (image, (0..3).map(|a| if image[a] < 0.0 { signs[a] } else { 1.0 }).product()))
             .collect();
-        // Enough points that orders up to `order` + 10 do not alias.
+        // Enough points that degrees up to `order` + 11 do not alias.
         let rings = order + 6;
         let around = 2 * rings;
         let (mut points, mut projection, mut harmonics) = (Vec::new(), Vec::new(), Vec::new());

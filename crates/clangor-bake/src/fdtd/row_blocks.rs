@@ -37,7 +37,7 @@ impl<S: Simd> Block<S> {
 }
 
 /// Replaces the cells 0 … n − 1 of a row by what `update` makes of them; n is at least the width of a vector,
-/// which the absorbing layers alone exceed.
+/// as the least width of a grid provides.
 #[inline(always)]
 pub(super) fn update_row<S: Simd>(simd: S, row: &mut [f32], update: impl Fn(Block<S>, Lanes<S>) -> Lanes<S>) {
     let last = Block { simd, first: row.len() - S::F32_LANES };

@@ -4,7 +4,7 @@
 //! where the moments differ. Equal moments leave a plane or a sphere of directions. There the extrema of the
 //! quartic form Q(d) = ∫ (d·x)⁴ dS and the phases of the moments ∫ (x + iy)^m dS about the distinct axis are
 //! candidates too. The coordinate axes are always candidates. A candidate is accepted if the mirrored
-//! vertices lie on the surface.
+//! vertices lie on the surface, or are off by noise alone.
 //!
 //! A scan has noise, and triangles that cut off its edges. Half of it and its image stand for the body, so
 //! that the surface moves by half of the distances δ. To first order the change of a field is ∫ δ w dS with
@@ -17,17 +17,18 @@ use std::f64::consts::PI;
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::principal_axes::principal_axes;
-use clangor_core::geometry::surface_tree::SurfaceTree;
+use clangor_core::geometry::surface_tree::{NearestPoint, SurfaceTree};
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
-/// Largest number of mirrored vertices and centroids.
-const SAMPLES: usize = 6000;
+/// Largest number of mirrored vertices, of centroids, and of triangles of the quartic form.
+const SAMPLES: usize = 3000;
 /// Relative difference below which moments count as equal.
 const EQUAL: f64 = 2e-3;
-/// Largest residual of a noisy surface, and the root of their mean square, in that of their means in patches.
+/// Largest residual of a noisy surface, over what the means in patches may be.
 pub const NOISE: f64 = 20.0;
+/// The root of the mean square of all residuals, over the same.
 const ROUGH: f64 = 4.0;
 /// Edge of a patch in bounding radii.
 const PATCH: f64 = 0.25;
@@ -113,32 +114,39 @@ fn orthogonal(planes: Vec<MirrorPlane>) -> Vec<MirrorPlane> {
     result
 }
 
-/// Largest distance of a mirrored vertex from the surface, if the distances are small enough. Where noise is
-/// allowed, centroids of triangles count as noise: the two ways to divide a curved quadrilateral differ.
+/// Largest distance of a mirrored vertex from the surface, if the distances are small enough.
 fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) -> Option<f64> {
-    let vertices = mesh.vertices.len();
-    let count = vertices + if within.mean > 0.0 { mesh.triangles.len() } else { 0 };
-    let step = count.div_ceil(SAMPLES).max(1);
     let reach = within.largest.max(NOISE * within.mean).next_up();
     let patch = PATCH * mesh.bounding_radius(DVec3::ZERO);
+    let image = |point: DVec3| point - 2.0 * point.dot(normal) * normal;
+    let place = |image: DVec3| (image / patch).floor().as_i64vec3().to_array();
+    let signed = |image: DVec3, nearest: &NearestPoint| {
+        let outward = (image - nearest.position).dot(mesh.area_vector(nearest.triangle));
+        nearest.distance.copysign(outward)
+    };
     let (mut distances, mut largest) = (Distances::default(), 0.0_f64);
-    // A coarse sample first, which rejects most candidates.
+    // A coarse sample of the vertices first, which rejects most candidates.
+    let step = mesh.vertices.len().div_ceil(SAMPLES).max(1);
     for stride in [61 * step, step] {
         distances = Distances::default();
-        for i in (0..count).step_by(stride) {
-            let point = if i < vertices { mesh.vertices[i] } else { mesh.centroid(i - vertices) };
-            let image = point - 2.0 * point.dot(normal) * normal;
+        for vertex in mesh.vertices.iter().step_by(stride) {
+            let image = image(*vertex);
             let nearest = tree.nearest_where(mesh, image, reach, |_| true)?;
-            if i < vertices {
-                largest = largest.max(nearest.distance);
-            }
-            let outward = (image - nearest.position).dot(mesh.area_vector(nearest.triangle));
-            let cell = (image / patch).floor().as_i64vec3().to_array();
-            distances.add(nearest.distance.copysign(outward), cell);
+            largest = largest.max(nearest.distance);
+            distances.add(signed(image, &nearest), place(image));
         }
     }
+    if largest <= within.largest.next_up() {
+        return Some(largest);
+    }
+    // Noise: with the centroids, which lie inside of a curved surface where the vertices lie on it.
+    for t in (0..mesh.triangles.len()).step_by(mesh.triangles.len().div_ceil(SAMPLES).max(1)) {
+        let image = image(mesh.centroid(t));
+        let nearest = tree.nearest_where(mesh, image, reach, |_| true)?;
+        distances.add(signed(image, &nearest), place(image));
+    }
     let is_noise = distances.mean() <= ROUGH * within.mean && distances.mean_of_patches() <= within.mean;
-    (largest <= within.largest.next_up() || is_noise).then_some(largest)
+    is_noise.then_some(largest)
 }
 
 /// Signed distances from a surface \[m\].

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use super::compliant_error::CompliantContactError;
 use super::contact_law::{ContactLaw, StepLaw, hertz_duration};
 use super::contact_rows::{ContactRow, RigidMember};
-use super::few_modes::FEW;
+use super::few_modes::{FEW, MANY_ROWS};
 use super::member::{Member, MemberContact};
 use super::modal_propagator::LANES;
 use super::validation::check;
@@ -150,7 +150,7 @@ impl ContactSystem {
                 }
             }
             let across = self.across.len();
-            if count <= FEW {
+            if count <= FEW && self.driven.len() - driven >= MANY_ROWS {
                 let of_mode =
                     |mode: usize| self.shapes[shapes..].iter().skip(mode).step_by((end - begin).max(1));
                 self.across.extend((0..count).flat_map(of_mode));

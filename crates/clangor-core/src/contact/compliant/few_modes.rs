@@ -8,8 +8,9 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::modal_propagator::ModalPropagator;
 
-/// Most modes of such a member.
+/// Most modes of such a member, and fewest rows of its contacts.
 pub(super) const FEW: usize = 8;
+pub(super) const MANY_ROWS: usize = 4;
 
 impl ModalPropagator {
     /// Advances the modes `own`, without padding, by a step of these forces; `across` has the shapes of a

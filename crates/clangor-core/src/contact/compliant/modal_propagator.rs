@@ -5,9 +5,9 @@
 //! ```
 //!
 //! w is kept divided by ω_d, so that its imaginary part is q. Beside w, E w is kept: what the displacement is
-//! after the next step without force. One pass per step and member updates both and sums that displacement
-//! at each contact. The loops use the widest vector instructions of the machine, chosen at run time: along
-//! the modes here, along the contacts in [`few_modes`](super::few_modes).
+//! after the next step without force. One pass per step and member updates both; another sums that
+//! displacement at each contact. The loops use the widest vector instructions of the machine, chosen at run
+//! time: along the modes here, along the contacts in [`few_modes`](super::few_modes).
 
 use std::ops::Range;
 

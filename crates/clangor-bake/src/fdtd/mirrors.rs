@@ -16,7 +16,7 @@ use glam::{DMat3, DVec3};
 
 use super::lattice::{GHOSTS, Lattice};
 use crate::bem::triangles::parity;
-use crate::mesh::remesh::frame_of;
+use crate::mesh::remesh::{frame_of, images_of};
 
 /// Distance of vertices from a grid plane \[cells\], below which they are moved: faces in a grid plane would
 /// open cells that are solid.
@@ -58,12 +58,7 @@ impl Mirrors {
 
     /// The signs of the images of a direction, itself first.
     pub(super) fn images(&self) -> Vec<DVec3> {
-        let mut images = vec![DVec3::ONE];
-        for (axis, _) in self.planes.iter().enumerate().filter(|(_, plane)| **plane) {
-            let mirrored = DVec3::ONE - 2.0 * DVec3::AXES[axis];
-            images.extend(images.clone().into_iter().map(|signs| signs * mirrored));
-        }
-        images
+        images_of(self.planes)
     }
 
     /// The signs of the pressure of a motion under the reflection along each axis.

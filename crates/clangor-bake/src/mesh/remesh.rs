@@ -33,8 +33,8 @@ use glam::{BVec3, DVec3};
 
 use crease::{Creases, SMOOTH};
 use guide::Guide;
-pub(crate) use symmetric_mesh::frame_of;
 use symmetric_mesh::positive_half;
+pub(crate) use symmetric_mesh::{frame_of, images_of};
 use volume_fit::Freedom;
 
 pub use symmetric_mesh::{ImageVertex, SymmetricMesh};

@@ -91,3 +91,21 @@ fn modes_take_the_whole_grid() {
     let refused = solver.run_modes(&[], &|_| ControlFlow::Continue(()));
     assert_eq!(refused, Err(WaveError::Mirrored));
 }
+
+#[test]
+fn the_box_of_cut_cells_is_bounded_on_all_sides_of_the_planes() {
+    let mesh = Shape::parse("sphere:0.1").expect("a shape").mesh();
+    let options = WaveOptions {
+        max_wavenumber: 1.0,
+        spacing: 0.1 / 300.0,
+        order: 4,
+        boundary: Boundary::CutCells,
+        longest: 1.0,
+    };
+    // An eighth of the grid would fit: 1.0e8 of 2.56e8 cells.
+    let refused = WaveSolver::try_symmetric(&mesh, &DVec3::AXES, options).map(|_| ());
+    assert!(
+        matches!(refused, Err(WaveError::TooLarge { cells: 200_000_000.., most: 80_000_000, .. })),
+        "{refused:?}"
+    );
+}

@@ -36,14 +36,7 @@ pub struct ImageVertex {
 impl SymmetricMesh {
     /// Signs of the images, the cell itself first.
     pub fn images(&self) -> Vec<DVec3> {
-        let mut images = vec![DVec3::ONE];
-        for (axis, mirrored) in DVec3::AXES.into_iter().zip([self.mirrors.x, self.mirrors.y, self.mirrors.z])
-        {
-            if mirrored {
-                images.extend(images.clone().into_iter().map(|signs| signs * (DVec3::ONE - 2.0 * axis)));
-            }
-        }
-        images
+        images_of([self.mirrors.x, self.mirrors.y, self.mirrors.z])
     }
 
     /// The whole surface in the frame of the body, and where its vertices come from. The vertices of the cell
@@ -80,6 +73,17 @@ impl SymmetricMesh {
         }
         (whole, origin)
     }
+}
+
+/// Signs of the images by reflections along these axes, the original first.
+pub(crate) fn images_of(mirrors: [bool; 3]) -> Vec<DVec3> {
+    let mut images = vec![DVec3::ONE];
+    for (axis, mirrored) in DVec3::AXES.into_iter().zip(mirrors) {
+        if mirrored {
+            images.extend(images.clone().into_iter().map(|signs| signs * (DVec3::ONE - 2.0 * axis)));
+        }
+    }
+    images
 }
 
 /// A frame that contains the given orthogonal directions among its axes, and flags for those axes. Directions

@@ -14,6 +14,7 @@
 pub(crate) mod axisymmetric;
 pub mod eigensolver;
 mod immersed_body;
+mod mirror_parities;
 mod mirrored_box;
 pub mod modal_density;
 mod plate_mesh;
@@ -181,11 +182,11 @@ pub fn modal_analysis(
     options: &ModalAnalysisOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
 ) -> Result<ModalAnalysis, ModalAnalysisError> {
-    modal_analysis_and_system(geometry, constants, options, progress).map(|(analysis, _)| analysis)
+    modal_analysis_by(geometry.modal_choice().map_err(StuffingError::Input)?, constants, options, progress)
 }
 
-/// Like [`modal_analysis()`], with the matrices of the finest mesh; `None` for an axisymmetric body, which is
-/// solved on its section.
+/// Like [`modal_analysis()`], with the matrices of the finest mesh of the whole body, whose mirror planes are
+/// not made use of in cells; `None` for an axisymmetric body, which is solved on its section.
 ///
 /// # Errors
 /// As [`modal_analysis()`].
@@ -195,10 +196,11 @@ pub fn modal_analysis_and_system(
     options: &ModalAnalysisOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
 ) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
-    modal_analysis_by(geometry.modal_choice().map_err(StuffingError::Input)?, constants, options, progress)
+    let choice = geometry.modal_choice().map_err(StuffingError::Input)?;
+    analysed(choice, constants, options, Solved::Whole, progress)
 }
 
-/// Like [`modal_analysis_and_system()`], with a given discretization.
+/// Like [`modal_analysis()`], with a given discretization.
 ///
 /// # Errors
 /// As [`modal_analysis()`].
@@ -207,33 +209,58 @@ pub fn modal_analysis_by(
     constants: &ElasticConstants,
     options: &ModalAnalysisOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
+) -> Result<ModalAnalysis, ModalAnalysisError> {
+    analysed(choice, constants, options, Solved::Part, progress).map(|(analysis, _)| analysis)
+}
+
+/// What of a body in cells is solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Solved {
+    /// The part that mirror planes leave.
+    Part,
+    /// All of it; its matrices are returned.
+    Whole,
+}
+
+fn analysed(
+    choice: ModalChoice<'_>,
+    constants: &ElasticConstants,
+    options: &ModalAnalysisOptions,
+    solved: Solved,
+    progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
 ) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
+    fn found<B: RefinableDiscretization>(
+        body: &B,
+        solved: Solved,
+        (analysis, mesh): (ModalAnalysis, B::Mesh),
+    ) -> (ModalAnalysis, Option<ElasticSystem>) {
+        (analysis, (solved == Solved::Whole).then(|| body.system(&mesh)).flatten())
+    }
     check(options)?;
+    let in_cells = |surface, progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>| {
+        let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Accurate)?;
+        let body = if solved == Solved::Part { body.by_mirrors(options.accuracy) } else { body };
+        refined(&body, constants, options, progress).map(|pair| found(&body, solved, pair))
+    };
     match choice {
         ModalChoice::Section(axisymmetry) => {
-            refined(&AxisymmetricBody::new(axisymmetry, constants), constants, options, progress)
+            let body = AxisymmetricBody::new(axisymmetry, constants);
+            refined(&body, constants, options, progress).map(|pair| found(&body, solved, pair))
         }
-        ModalChoice::Cells(surface) => {
-            let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Accurate)?;
-            refined(&body, constants, options, progress)
-        }
+        ModalChoice::Cells(surface) => in_cells(surface, progress),
         ModalChoice::Tetrahedra(surface) => {
             let choice = ModalChoice::Tetrahedra(Cow::Borrowed(&*surface));
-            let filled = VolumeFem::of(choice, constants, options.most_nodes)
-                .and_then(|body| refined(&body, constants, options, progress));
+            let filled = VolumeFem::of(choice, constants, options.most_nodes).and_then(|body| {
+                refined(&body, constants, options, progress).map(|pair| found(&body, solved, pair))
+            });
             match filled {
-                Err(error) if error.is_unfillable() => refined(
-                    &ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Accurate)?,
-                    constants,
-                    options,
-                    progress,
-                ),
+                Err(error) if error.is_unfillable() => in_cells(surface, progress),
                 other => other,
             }
         }
         other => {
             let body = VolumeFem::of(other, constants, options.most_nodes)?;
-            refined(&body, constants, options, progress)
+            refined(&body, constants, options, progress).map(|pair| found(&body, solved, pair))
         }
     }
 }
@@ -254,9 +281,10 @@ pub fn draft_modal_analysis(
     match choice {
         ModalChoice::Tetrahedra(surface) | ModalChoice::Cells(surface) => {
             let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Draft)?;
+            let body = body.by_mirrors(options.accuracy);
             refined(&body, constants, options, progress).map(|(analysis, _)| analysis)
         }
-        other => modal_analysis_by(other, constants, options, progress).map(|(analysis, _)| analysis),
+        other => modal_analysis_by(other, constants, options, progress),
     }
 }
 
@@ -322,12 +350,13 @@ pub(crate) struct Spectrum<M> {
     pub(crate) modes: M,
 }
 
+/// The modes of a body, and its finest mesh.
 fn refined<B: RefinableDiscretization>(
     body: &B,
     constants: &ElasticConstants,
     options: &ModalAnalysisOptions,
     progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>,
-) -> Result<(ModalAnalysis, Option<ElasticSystem>), ModalAnalysisError> {
+) -> Result<(ModalAnalysis, B::Mesh), ModalAnalysisError> {
     let mut tell = |done: f64, nodes: usize| match progress(&ModalAnalysisProgress { done, nodes }) {
         ControlFlow::Continue(()) => Ok(()),
         ControlFlow::Break(()) => Err(ModalAnalysisError::Interrupted),
@@ -400,7 +429,7 @@ fn refined<B: RefinableDiscretization>(
         residual: spectrum.residual,
         warnings: warnings(&errors, nodes, options),
     };
-    Ok((analysis, body.system(&mesh)))
+    Ok((analysis, mesh))
 }
 
 fn largest(errors: &[f64]) -> f64 {

@@ -145,7 +145,7 @@ pub(crate) fn edge_of_cells(area: f64, volume: f64, cells: f64) -> f64 {
 }
 
 impl FiniteCells {
-    /// The cells of a grid that contain a part of a body with walls of a thickness \[m\].
+    /// The cells that a grid keeps and that contain a part of a body with walls of a thickness \[m\].
     ///
     /// # Errors
     /// [`WrongCell`].
@@ -165,6 +165,11 @@ impl FiniteCells {
     /// The grid.
     pub(crate) fn grid(&self) -> CellGrid {
         self.grid
+    }
+
+    /// Node positions \[m\].
+    pub(crate) fn nodes(&self) -> &[DVec3] {
+        &self.nodes
     }
 
     /// Number of nodes.

@@ -25,8 +25,8 @@ const NONE: u32 = u32::MAX;
 
 /// A permutation of the unknowns and its inverse.
 pub(super) struct Ordering {
-    pub(super) forward: Vec<usize>,
-    pub(super) inverse: Vec<usize>,
+    pub(super) forward: Vec<u32>,
+    pub(super) inverse: Vec<u32>,
 }
 
 pub(super) fn best_ordering(system: &ElasticSystem) -> Result<Ordering, OutOfMemory> {
@@ -34,10 +34,9 @@ pub(super) fn best_ordering(system: &ElasticSystem) -> Result<Ordering, OutOfMem
     let degree = minimum_degree(system)?;
     let dissection = dissect(&graph, system.nodes());
     let best = if graph.work(&dissection) < graph.work(&degree) { dissection } else { degree };
-    let forward: Vec<usize> =
-        best.iter().flat_map(|n| [0, 1, 2].map(|axis| 3 * *n as usize + axis)).collect();
+    let forward: Vec<u32> = best.iter().flat_map(|n| [0, 1, 2].map(|axis| 3 * n + axis)).collect();
     let mut inverse = vec![0; forward.len()];
-    forward.iter().enumerate().for_each(|(k, n)| inverse[*n] = k);
+    forward.iter().enumerate().for_each(|(k, n)| inverse[*n as usize] = k as u32);
     Ok(Ordering { forward, inverse })
 }
 

@@ -21,6 +21,7 @@ use crate::fem::out_of_memory::OutOfMemory;
 pub(crate) use lanczos::eigenvectors as symmetric_eigenvectors;
 pub use lowest::lowest_frequency;
 pub use slices::solve;
+pub(super) use slices::solve_in;
 
 /// A mode of a free body.
 #[derive(Clone, Debug, PartialEq)]

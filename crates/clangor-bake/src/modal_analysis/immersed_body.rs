@@ -4,6 +4,10 @@
 //! Cells of order 4 are about half a bending wave long. The error of a frequency is estimated from order 3 on
 //! the same grid: the spaces are nested, so that both are too high, the lower order by more. Where walls meet
 //! at inner edges, less is gained by order 4, and the same difference means a larger error.
+//!
+//! Where a body has mirror planes, the cells are on one side of them (see
+//! [`mirror_parities`](super::mirror_parities)). The other side then is the image of this one, noise of the
+//! surface included.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -13,17 +17,18 @@ use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::refine::refine_to_edge;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::ModalSurface;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
-use super::volume_fem::spectrum;
+use super::mirror_parities::{MirrorParities, PartMode};
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, Planes, edge_for, edge_of_cells, expected};
 use crate::fem::supports::{Holding, Support, SupportError, SupportKind, SupportRegion};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::inner_creases::Walls;
+use crate::geometry_class::mirror_symmetry::mirror_planes_in_mean;
 use crate::mesh::decimate::decimate;
+use crate::mesh::remesh::frame_of;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
-use crate::modal_analysis::eigensolver::Mode;
 
 /// Edge of the cells in shortest waves for an error of [`WAVE_ERROR`], of eighth order in the edge.
 const EDGE_IN_WAVES: f64 = 0.6;
@@ -50,6 +55,8 @@ const MOST_EXPECTED: f64 = 1.5;
 /// cell has many more neighbours than one of a tetrahedron. Seen: 3.7 GB and 55 s of CPU time for the 92
 /// modes of a tin on 57 000 nodes.
 const FINER_SHARE: f64 = 0.75;
+/// Power of the number of nodes that the work grows with.
+const WORK: f64 = 1.5;
 /// Least ratio of edges that is worth another grid.
 const LEAST_RATIO: f64 = 1.1;
 /// Longest edge of the surface that carries the shapes, in cells.
@@ -62,6 +69,10 @@ const END: f64 = 1e-3;
 
 /// Cells of a draft.
 const DRAFT_CELLS: f64 = 90.0;
+
+/// Largest mean distance between a surface and its image, in walls and in the accuracy of frequencies: the
+/// thickness of a wall changes by as much, and its frequencies of bending with it.
+const ASYMMETRY: f64 = 0.5;
 
 /// How much work the grids of a body may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,6 +97,19 @@ pub(super) struct ImmersedBody<'a> {
     effort: CellEffort,
     /// What holds the body; empty if it is free.
     supports: &'a [Support],
+    mirrors: Option<Mirrors>,
+}
+
+/// The mirror planes of a body, and the body in their axes.
+struct Mirrors {
+    /// Where they meet \[m\].
+    centre: DVec3,
+    /// Rotation from the axes of the planes to those of the body.
+    frame: DMat3,
+    /// Whether the plane across each of these axes is one.
+    planes: [bool; 3],
+    /// The surface, from where the planes meet, in their axes.
+    surface: TriMesh,
 }
 
 /// A grid with displacements of one order.
@@ -111,12 +135,33 @@ impl<'a> ImmersedBody<'a> {
         let walls = Walls::of(&surface);
         let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
         let size = (high - low).max_element();
-        Ok(ImmersedBody { surface, constants, size, walls, volume, most_nodes, effort, supports: &[] })
+        let (supports, mirrors): (&[Support], _) = (&[], None);
+        Ok(ImmersedBody { surface, constants, size, walls, volume, most_nodes, effort, supports, mirrors })
     }
 
     /// The same body, held.
     pub(super) fn held_by(self, supports: &'a [Support]) -> Self {
-        ImmersedBody { supports, ..self }
+        ImmersedBody { supports, mirrors: None, ..self }
+    }
+
+    /// The same free body on one side of its mirror planes, found within an accuracy of frequencies.
+    pub(super) fn by_mirrors(self, accuracy: f64) -> Self {
+        let within = ASYMMETRY * accuracy * self.walls.thickness;
+        let planes = mirror_planes_in_mean(&self.surface, within, within);
+        let normals: Vec<DVec3> = planes.into_iter().map(|plane| plane.normal).collect();
+        let Some(mass) = MassProperties::of(&self.surface).ok().filter(|_| !normals.is_empty()) else {
+            return self;
+        };
+        let (centre, (frame, planes)) = (mass.centre_of_mass, frame_of(&normals));
+        let vertices = self.surface.vertices.iter().map(|v| frame.transpose() * (*v - centre)).collect();
+        let surface = TriMesh { vertices, triangles: self.surface.triangles.clone() };
+        let mirrors = Some(Mirrors { centre, frame, planes: [planes.x, planes.y, planes.z], surface });
+        ImmersedBody { mirrors, ..self }
+    }
+
+    /// The surface in the axes of the grid.
+    fn framed(&self) -> &TriMesh {
+        self.mirrors.as_ref().map_or(&self.surface, |mirrors| &mirrors.surface)
     }
 
     fn holding(&self, mesh: &Immersed) -> Result<Holding, SupportError> {
@@ -142,20 +187,35 @@ impl<'a> ImmersedBody<'a> {
 
     fn with(&self, edge: f64, order: Order) -> Result<Immersed, ModalAnalysisError> {
         let most = MOST_EXPECTED * self.most_nodes as f64;
-        let expected = |edge: f64| expected(self.surface.area(), self.volume, edge);
-        let [elements, nodes] = expected(edge);
-        if nodes > most {
-            let (wall, most) = (self.walls.thickness, self.most_nodes);
-            return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
+        let parts = |planes: [bool; 3]| MirrorParities(planes).parities().count() as f64;
+        let expected = |edge: f64, parts: f64| {
+            expected(self.surface.area(), self.volume, edge).map(|count| count / parts)
+        };
+        let too_fine = |parts: f64| {
+            let ([elements, nodes], wall) = (expected(edge, parts), self.walls.thickness);
+            (nodes > most).then(|| ModalAnalysisError::TooFine {
+                wall,
+                edge,
+                elements,
+                nodes,
+                most: self.most_nodes,
+            })
+        };
+        if let Some(mirrors) = &self.mirrors {
+            too_fine(parts(mirrors.planes)).map_or(Ok(()), Err)?;
+            let grid = CellGrid::on_one_side(&mirrors.surface, edge, mirrors.planes);
+            too_fine(parts(grid.mirrored())).map_or(Ok(()), Err)?;
+            return self.on(grid, order);
         }
+        too_fine(1.0).map_or(Ok(()), Err)?;
         let planes = self.ends_of_clamps(edge);
         let aligned = edge_for(&planes, edge);
-        let edge = if expected(aligned)[1] > most { edge } else { aligned };
+        let edge = if expected(aligned, 1.0)[1] > most { edge } else { aligned };
         self.on(CellGrid::around(&self.surface, edge, &planes), order)
     }
 
     fn on(&self, grid: CellGrid, order: Order) -> Result<Immersed, ModalAnalysisError> {
-        let cells = FiniteCells::new(&self.surface, grid, order, self.walls.thickness)?;
+        let cells = FiniteCells::new(self.framed(), grid, order, self.walls.thickness)?;
         Ok(Immersed { cells, edge: grid.edge, order })
     }
 
@@ -182,7 +242,7 @@ impl<'a> ImmersedBody<'a> {
 
 impl RefinableDiscretization for ImmersedBody<'_> {
     type Mesh = Immersed;
-    type Modes = Vec<Mode>;
+    type Modes = Vec<PartMode>;
 
     fn method(&self) -> &'static str {
         match self.effort {
@@ -222,7 +282,9 @@ impl RefinableDiscretization for ImmersedBody<'_> {
         if self.effort == CellEffort::Draft {
             return self.with(than.edge / ratio, last);
         }
-        let most = FINER_SHARE * self.most_nodes as f64;
+        // As much work in all parities as of a body without mirror planes.
+        let parities = than.mirrors().parities().count() as f64;
+        let most = FINER_SHARE * self.most_nodes as f64 / parities.powf(WORK.recip());
         // The nodes of thin walls are as many as their cells have area.
         let finest = than.edge * (than.cells.node_count() as f64 / most).sqrt();
         let edge = (than.edge / ratio).max(finest);
@@ -243,42 +305,64 @@ impl RefinableDiscretization for ImmersedBody<'_> {
         (mesh.cells.node_count(), longer * mesh.edge)
     }
 
-    fn solve(&self, mesh: &Immersed, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalAnalysisError> {
+    fn solve(&self, mesh: &Immersed, limit: f64) -> Result<Spectrum<Vec<PartMode>>, ModalAnalysisError> {
         let system = mesh.cells.system(self.constants);
-        Ok(match self.supports.is_empty() {
-            true => spectrum(&system, limit)?,
-            false => spectrum(&system.held_by(&self.holding(mesh)?), limit)?,
-        })
+        let system = match self.supports.is_empty() {
+            true => system,
+            false => system.held_by(&self.holding(mesh)?),
+        };
+        let (mirrors, lengths) = (mesh.mirrors(), DVec3::splat(mesh.edge));
+        Ok(mirrors.spectrum(&system, mesh.cells.nodes(), lengths, limit)?)
     }
 
     fn support_damping(
         &self,
         mesh: &Immersed,
-        modes: &Vec<Mode>,
+        modes: &Vec<PartMode>,
         count: usize,
     ) -> Result<Vec<f64>, SupportError> {
         if self.supports.is_empty() {
             return Ok(vec![0.0; count]);
         }
         let holding = self.holding(mesh)?;
-        Ok(modes.iter().take(count).map(|mode| holding.damping(&mode.shape)).collect())
+        Ok(modes.iter().take(count).map(|part| holding.damping(&part.mode.shape)).collect())
     }
 
     fn system(&self, mesh: &Immersed) -> Option<ElasticSystem> {
-        Some(mesh.cells.system(self.constants))
+        (mesh.mirrors() == MirrorParities::default()).then(|| mesh.cells.system(self.constants))
     }
 
-    fn shapes(&self, mesh: &Immersed, modes: &Vec<Mode>, count: usize) -> (ModalSurface, Vec<Vec<DVec3>>) {
+    fn shapes(
+        &self,
+        mesh: &Immersed,
+        modes: &Vec<PartMode>,
+        count: usize,
+    ) -> (ModalSurface, Vec<Vec<DVec3>>) {
         let carrier = self.carrier(mesh.edge);
         let (nodes, triangles) = six_nodes(&carrier);
-        let mut shapes = vec![Vec::with_capacity(nodes.len()); count.min(modes.len())];
-        for node in &nodes {
-            let (corners, weights) = mesh.cells.interpolation(*node);
-            for (shape, mode) in shapes.iter_mut().zip(modes) {
-                shape.push(corners.iter().zip(&weights).map(|(n, w)| mode.shape[*n as usize] * *w).sum());
-            }
-        }
-        (ModalSurface { nodes, triangles }, shapes)
+        let mirrors = mesh.mirrors();
+        let (centre, frame) = match &self.mirrors {
+            Some(mirrors) => (mirrors.centre, mirrors.frame),
+            None => (DVec3::ZERO, DMat3::IDENTITY),
+        };
+        let modes = &modes[..count.min(modes.len())];
+        let places: Vec<DVec3> = nodes.iter().map(|node| frame.transpose() * (*node - centre)).collect();
+        let sums: Vec<_> = places.iter().map(|at| mesh.cells.interpolation(mirrors.folded(*at))).collect();
+        let shape = |PartMode { parity, mode }: &PartMode| {
+            let motion = |(at, (corners, weights)): (&DVec3, &(&[u32], Vec<f64>))| {
+                let motion = corners.iter().zip(weights).map(|(n, w)| mode.shape[*n as usize] * *w).sum();
+                frame * mirrors.unfolded(*parity, *at, motion)
+            };
+            places.iter().zip(&sums).map(motion).collect()
+        };
+        (ModalSurface { nodes, triangles }, modes.iter().map(shape).collect())
+    }
+}
+
+impl Immersed {
+    /// The mirror planes of the grid.
+    fn mirrors(&self) -> MirrorParities {
+        MirrorParities(self.cells.grid().mirrored())
     }
 }
 
@@ -298,4 +382,76 @@ fn six_nodes(surface: &TriMesh) -> (Vec<DVec3>, Vec<[u32; 6]>) {
         .map(|[a, b, c]| [*a, *b, *c, middle(*a, *b), middle(*b, *c), middle(*c, *a)]);
     let triangles = triangles.collect();
     (nodes, triangles)
+}
+
+#[cfg(test)]
+mod tests {
+    use clangor_core::material::presets::GLASS;
+    use clangor_core::shape::Shape;
+    use glam::DQuat;
+
+    use super::*;
+
+    /// A frame of bars of 8 × 8 mm, 60 × 40 mm, turned and off its centre; its three mirror planes spare
+    /// cells across two.
+    fn frame() -> TriMesh {
+        let mesh = Shape::parse("box:0.06x0.04x0.008").expect("a shape").mesh();
+        let hole = Shape::parse("box:0.044x0.024x0.008").expect("a shape").mesh();
+        let mut triangles = Vec::new();
+        let corner = |x: u32, y: u32, z: u32, inner: bool| 4 * x + 2 * y + z + if inner { 8 } else { 0 };
+        let at = |mesh: &TriMesh| {
+            let half = mesh.bounds().1;
+            (0..8_u32)
+                .map(|k| [k >> 2, k >> 1 & 1, k & 1].map(|n| 2.0 * f64::from(n) - 1.0))
+                .map(|signs| half * DVec3::from_array(signs))
+                .collect::<Vec<_>>()
+        };
+        let ring = [[0, 0], [1, 0], [1, 1], [0, 1]];
+        let mut quad = |[a, b, c, d]: [u32; 4]| triangles.extend([[a, b, c], [a, c, d]]);
+        for k in 0..4 {
+            let ([ax, ay], [bx, by]) = (ring[k], ring[(k + 1) % 4]);
+            let at = |x, y, z, inner| corner(x, y, z, inner);
+            quad([at(ax, ay, 0, false), at(bx, by, 0, false), at(bx, by, 1, false), at(ax, ay, 1, false)]);
+            quad([at(bx, by, 0, true), at(ax, ay, 0, true), at(ax, ay, 1, true), at(bx, by, 1, true)]);
+            quad([at(ax, ay, 1, false), at(bx, by, 1, false), at(bx, by, 1, true), at(ax, ay, 1, true)]);
+            quad([at(bx, by, 0, false), at(ax, ay, 0, false), at(ax, ay, 0, true), at(bx, by, 0, true)]);
+        }
+        let turn = DQuat::from_scaled_axis(DVec3::new(0.6, 0.9, 0.4));
+        let vertices = at(&mesh).into_iter().chain(at(&hole));
+        let vertices = vertices.map(|v| turn * v + DVec3::new(0.01, 0.0, -0.02)).collect();
+        TriMesh { vertices, triangles }
+    }
+
+    /// On the same grid, all of it against one part with all parities: frequencies, and shapes in the axes of
+    /// the body with the mass of the whole.
+    #[test]
+    fn a_part_has_the_modes_of_the_whole() {
+        let constants = ElasticConstants::of(&GLASS.material()).expect("glass");
+        let surface = frame();
+        let body = ImmersedBody::new(Cow::Borrowed(&surface), &constants, 80_000, CellEffort::Accurate);
+        let body = body.expect("a solid").by_mirrors(0.01);
+        let part = body.with(0.011, Order::Third).expect("cells");
+        let MirrorParities(mirrored) = part.mirrors();
+        assert_eq!(mirrored.iter().filter(|plane| **plane).count(), 2, "{mirrored:?}");
+        let whole = CellGrid { images: [0; 3], ..part.cells.grid() };
+        let whole = body.on(whole, Order::Third).expect("cells");
+        assert!(3 * part.cells.node_count() < whole.cells.node_count());
+        let spectra = [&part, &whole].map(|mesh| body.solve(mesh, 30e3).expect("modes"));
+        let [of_part, of_whole] = &spectra;
+        assert_eq!(of_part.frequencies.len(), of_whole.frequencies.len());
+        assert!(of_part.frequencies.len() >= 8, "{:?}", of_part.frequencies);
+        let count = of_part.frequencies.len();
+        let (_, shapes) = body.shapes(&part, &of_part.modes, count);
+        let (_, references) = body.shapes(&whole, &of_whole.modes, count);
+        for k in 0..count {
+            // Seen: 4e-10, and 4e-6 of shapes.
+            let [found, reference] = [of_part.frequencies[k], of_whole.frequencies[k]];
+            assert!((found / reference - 1.0).abs() < 1e-7, "{found} {reference}");
+            let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+            let square = dot(&references[k], &references[k]);
+            let same = dot(&shapes[k], &references[k]) / square;
+            let size = dot(&shapes[k], &shapes[k]) / square;
+            assert!((same.abs() - 1.0).abs() < 1e-5 && (size - 1.0).abs() < 1e-5, "{k}: {same} {size}");
+        }
+    }
 }

@@ -73,12 +73,12 @@ impl AnchoredFactor {
         let mut parents = Vec::new();
         let supernodes = structure.supernodes();
         for s in 0..supernodes.n_supernodes() {
-            let range = supernodes.supernode_begin()[s]..supernodes.supernode_end()[s];
-            supernode_of[range].fill(s as u32);
+            let [start, end] = [supernodes.supernode_begin()[s], supernodes.supernode_end()[s]];
+            supernode_of[start as usize..end as usize].fill(s as u32);
         }
         for s in 0..supernodes.n_supernodes() {
             let first = supernodes.supernode(s).pattern().iter().min();
-            parents.push(first.map_or(s as u32, |column| supernode_of[*column]));
+            parents.push(first.map_or(s as u32, |column| supernode_of[*column as usize]));
         }
         let under_motions = std::array::from_fn(|_| Vec::new());
         let mut factor = AnchoredFactor { structure, values, held, parents, supernode_of, under_motions };
@@ -119,8 +119,10 @@ impl AnchoredFactor {
         for load in loads.chunks_exact_mut(size) {
             self.held.iter().for_each(|k| load[*k] = 0.0);
         }
-        let mut x: Vec<f64> =
-            loads.chunks_exact(size).flat_map(|load| order.iter().map(|unknown| load[*unknown])).collect();
+        let mut x: Vec<f64> = loads
+            .chunks_exact(size)
+            .flat_map(|load| order.iter().map(|unknown| load[*unknown as usize]))
+            .collect();
         let symbolic = self.structure.supernodes();
         let factor = SupernodalLltRef::new(symbolic, &self.values);
         let count = symbolic.n_supernodes();
@@ -138,7 +140,7 @@ impl AnchoredFactor {
             let product = MatMut::from_column_major_slice_mut(below_part, rows.len(), width);
             matmul(product, Accum::Replace, below, own.rb(), 1.0, Par::Seq);
             for (x, below_part) in x.chunks_exact_mut(size).zip(buffer.chunks_exact(rows.len().max(1))) {
-                rows.iter().zip(below_part).for_each(|(row, part)| x[*row] -= part);
+                rows.iter().zip(below_part).for_each(|(row, part)| x[*row as usize] -= part);
             }
         }
         // Back substitution.
@@ -147,7 +149,7 @@ impl AnchoredFactor {
             let (columns, rows) = (block.val().ncols(), block.pattern());
             let (diagonal, below) = block.val().split_at_row(columns);
             for (x, below_part) in x.chunks_exact(size).zip(buffer.chunks_exact_mut(rows.len().max(1))) {
-                rows.iter().zip(below_part).for_each(|(row, part)| *part = x[*row]);
+                rows.iter().zip(below_part).for_each(|(row, part)| *part = x[*row as usize]);
             }
             let below_part =
                 MatRef::from_column_major_slice(&buffer[..rows.len() * width], rows.len(), width);
@@ -158,7 +160,7 @@ impl AnchoredFactor {
         }
         // Permute back.
         for (load, x) in loads.chunks_exact_mut(size).zip(x.chunks_exact(size)) {
-            order.iter().zip(x).for_each(|(unknown, x)| load[*unknown] = *x);
+            order.iter().zip(x).for_each(|(unknown, x)| load[*unknown as usize] = *x);
         }
     }
 

@@ -32,7 +32,7 @@ fn in_cells(
     let constants = ElasticConstants::of(&preset.material()).expect("an elastic material");
     let options = ModalAnalysisOptions { accuracy, ..ModalAnalysisOptions::to(limit) };
     let choice = ModalChoice::Cells(Cow::Borrowed(mesh));
-    modal_analysis_by(choice, &constants, &options, &mut |_| ControlFlow::Continue(())).map(|found| found.0)
+    modal_analysis_by(choice, &constants, &options, &mut |_| ControlFlow::Continue(()))
 }
 
 fn by_default(geometry: &BakeGeometry, preset: &Preset, limit: f64, accuracy: f64) -> ModalAnalysis {

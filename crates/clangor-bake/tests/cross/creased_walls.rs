@@ -91,7 +91,7 @@ fn two_bars_across_a_slit_of_a_millimetre_move_apart() {
     let options = ModalAnalysisOptions::to(4000.0);
     let by = |choice| {
         let go = &mut |_: &_| ControlFlow::Continue(());
-        clangor_bake::modal_analysis::modal_analysis_by(choice, &constants, &options, go).expect("modes").0
+        clangor_bake::modal_analysis::modal_analysis_by(choice, &constants, &options, go).expect("modes")
     };
     let cells = by(ModalChoice::Cells(std::borrow::Cow::Borrowed(&fork)));
     let plate = match BakeGeometry::of_mesh(&fork).modal_choice().expect("a solid") {
@@ -156,7 +156,7 @@ fn a_tin_in_cells_rings_as_its_section() {
     let exact = ModalAnalysisOptions { accuracy: 1e-3, ..options };
     let exact = modal_analysis(&section, &steel, &exact, go_on).expect("modes");
     let choice = ModalChoice::Cells(Cow::Owned(revolved(&TIN)));
-    let (found, _) = modal_analysis_by(choice, &steel, &options, go_on).expect("modes");
+    let found = modal_analysis_by(choice, &steel, &options, go_on).expect("modes");
     assert_eq!(found.modes.len(), exact.modes.len());
     let errors = found.modes.iter().zip(&exact.modes).map(|(a, b)| a.frequency / b.frequency - 1.0);
     let worst = errors.fold(0.0, f64::max);

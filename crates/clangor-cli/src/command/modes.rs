@@ -7,7 +7,8 @@ use std::time::Instant;
 use clangor_bake::acceleration::BakeOptions;
 use clangor_bake::fem::{ElasticConstants, ElasticSystem};
 use clangor_bake::modal_analysis::{
-    ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, modal_analysis_and_system,
+    ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, modal_analysis,
+    modal_analysis_and_system,
 };
 use clangor_core::material::Material;
 use clangor_pipeline::formats::atomic_file::AtomicFile;
@@ -41,13 +42,16 @@ pub(crate) fn run(options: &Modes, console: &Console) -> Result<(), Failure> {
         accuracy: options.accuracy,
         most_nodes: options.max_nodes,
     };
-    let (found, system) =
-        modal_analysis_and_system(request.geometry(), &constants, &settings, &mut on_progress).map_err(
-            |error| match error {
-                ModalAnalysisError::Interrupted => Failure::Interrupted,
-                error => cannot_ring(body, &error),
-            },
-        )?;
+    // Only matrices of the whole body are worth exporting, and they cost its mirror planes.
+    let found = match options.export {
+        Some(_) => modal_analysis_and_system(request.geometry(), &constants, &settings, &mut on_progress),
+        None => modal_analysis(request.geometry(), &constants, &settings, &mut on_progress)
+            .map(|found| (found, None)),
+    };
+    let (found, system) = found.map_err(|error| match error {
+        ModalAnalysisError::Interrupted => Failure::Interrupted,
+        error => cannot_ring(body, &error),
+    })?;
     drop(progress);
     let seconds = started.elapsed().as_secs_f64();
     for warning in &found.warnings {

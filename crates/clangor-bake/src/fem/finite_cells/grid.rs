@@ -6,6 +6,9 @@
 //! Where a clamp ends inside a cell, the polynomial of the cell vanishes on a part of it, and is small on all
 //! of it: the clamp would seem longer by a part of a cell. So a grid has planes at the ends of clamps, with
 //! cells that are up to a third smaller where there are several ends. Ends closer than a cell are one.
+//!
+//! A mirror plane lies between cells too, and only those on its positive side are kept. A plane in the middle
+//! of a wall spares no cells: of the planes of a body, those are taken that leave the least work.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
@@ -20,6 +23,9 @@ const LEAST_EDGE: f64 = 2.0 / 3.0;
 /// Distance of a plane from the grid, in cells, that is not worth smaller cells.
 const CLOSE: f64 = 1e-3;
 
+/// Power of the number of cells that the work grows with.
+const WORK: f64 = 1.5;
+
 /// Places along each axis at which the grid has a plane \[m\].
 pub(crate) type Planes = [Vec<f64>; 3];
 
@@ -32,13 +38,37 @@ pub(crate) struct CellGrid {
     pub(crate) edge: f64,
     /// Cells along the axes.
     pub(crate) counts: [usize; 3],
+    /// Cells below the mirror plane across each axis, which are not kept; none without a plane.
+    pub(crate) images: [usize; 3],
 }
 
 impl CellGrid {
     /// A grid around a surface with cells of an edge \[m\], and planes where the cells allow them.
     pub(crate) fn around(surface: &TriMesh, edge: f64, planes: &Planes) -> Self {
+        Self::with_fewest_cells(surface.bounds(), &probes(surface, PROBES * edge), edge, planes)
+    }
+
+    /// A grid around a surface with cells of an edge \[m\], on one side of some of the mirror planes through
+    /// the origin across these axes.
+    pub(crate) fn on_one_side(surface: &TriMesh, edge: f64, mirrors: [bool; 3]) -> Self {
         let points = probes(surface, PROBES * edge);
-        let (low, high) = surface.bounds();
+        let some = (1..8_usize).map(|k| [0, 1, 2].map(|a| k >> a & 1 == 1));
+        let grid = |planes: [bool; 3]| {
+            let at = planes.map(|plane| if plane { vec![0.0] } else { Vec::new() });
+            let mut grid = Self::with_fewest_cells(surface.bounds(), &points, edge, &at);
+            for a in (0..3).filter(|a| planes[*a]) {
+                grid.images[a] = (-grid.origin[a] / edge).round() as usize;
+            }
+            let parities = planes.iter().filter(|plane| **plane).fold(1.0, |product, _| 2.0 * product);
+            (grid, parities * (grid.cells(&points) as f64).powf(WORK))
+        };
+        let some = some.filter(|planes| (0..3).all(|a| mirrors[a] || !planes[a])).map(grid);
+        let least = some.fold(grid([false; 3]), |best, next| if next.1 < best.1 { next } else { best });
+        least.0
+    }
+
+    /// Of eight positions that with the fewest cells.
+    fn with_fewest_cells((low, high): (DVec3, DVec3), points: &[DVec3], edge: f64, planes: &Planes) -> Self {
         let aligned = |shifted: usize| {
             // Lowest corner and cells along each axis.
             let along: [(f64, usize); 3] = std::array::from_fn(|a| {
@@ -56,18 +86,31 @@ impl CellGrid {
                 }
             });
             let origin = DVec3::from_array(along.map(|(origin, _)| origin));
-            CellGrid { origin, edge, counts: along.map(|(_, count)| count) }
-        };
-        let cells = |grid: &CellGrid| {
-            let mut cells: Vec<[usize; 3]> = points.iter().map(|p| grid.place_of(grid.scaled(*p))).collect();
-            cells.sort_unstable();
-            cells.dedup();
-            cells.len()
+            CellGrid { origin, edge, counts: along.map(|(_, count)| count), images: [0; 3] }
         };
         let positions: Vec<CellGrid> = (0..8).map(aligned).collect();
-        let counts: Vec<usize> = positions.iter().map(cells).collect();
+        let counts: Vec<usize> = positions.iter().map(|grid| grid.cells(points)).collect();
         let best = (1..8).fold(0, |best, k| if counts[k] < counts[best] { k } else { best });
         positions[best]
+    }
+
+    /// Number of kept cells with one of these points.
+    fn cells(&self, points: &[DVec3]) -> usize {
+        let places = points.iter().map(|p| self.place_of(self.scaled(*p)));
+        let mut cells: Vec<[usize; 3]> = places.filter(|place| self.keeps(*place)).collect();
+        cells.sort_unstable();
+        cells.dedup();
+        cells.len()
+    }
+
+    /// Whether a cell lies on the positive side of all mirror planes.
+    pub(super) fn keeps(&self, place: [usize; 3]) -> bool {
+        (0..3).all(|a| place[a] >= self.images[a])
+    }
+
+    /// The axes across which there are mirror planes.
+    pub(crate) fn mirrored(&self) -> [bool; 3] {
+        self.images.map(|below| below > 0)
     }
 
     /// A point in units of cells from the lowest corner, inside the grid.

@@ -74,7 +74,7 @@ struct DividedCell {
 }
 
 impl Parts {
-    /// The parts of a body with walls of a thickness \[m\].
+    /// The parts of a body with walls of a thickness \[m\], in the cells that the grid keeps.
     ///
     /// # Errors
     /// [`WrongCell`].
@@ -87,7 +87,8 @@ impl Parts {
         let moments = cell_moments(surface, grid, basis);
         let sections = upper_sections(&moments);
         let mut own: Vec<(CellMoments, [f64; 3])> = Vec::new();
-        for (cell, sections) in moments.into_iter().zip(sections) {
+        let kept = |(cell, _): &(CellMoments, [f64; 3])| grid.keeps(cell.place);
+        for (cell, sections) in moments.into_iter().zip(sections).filter(kept) {
             let part = cell.filled();
             if !(-FILLED..=1.0 + FILLED).contains(&part) {
                 return Err(WrongCell { place: grid.middle(cell.place), filled: part, edge: grid.edge });

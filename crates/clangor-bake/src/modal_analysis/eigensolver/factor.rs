@@ -41,21 +41,26 @@ pub(super) fn factor<'a>(
     let entries = structure.gather(system, |entry| system.shifted_block(entry, shift));
     let mut values = structure.room()?;
     let cholesky = structure.cholesky();
-    let scratch = cholesky.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
-    let mut buffer = MemBuffer::try_new(scratch).map_err(|_| structure.out_of_memory())?;
-    cholesky
+    let mut scratch = structure.scratch(|| {
+        let size = cholesky.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default());
+        MemBuffer::try_new(size).map_err(|_| structure.out_of_memory())
+    })?;
+    let done = cholesky
         .factorize_numeric_ldlt(
             &mut values,
             structure.matrix(&entries),
             Side::Lower,
             LdltRegularization::default(),
             Par::Seq,
-            MemStack::new(&mut buffer),
+            MemStack::new(&mut scratch),
             Spec::default(),
         )
-        .map_err(|_| ModalError::Singular { shift })?;
+        .map(|_| ())
+        .map_err(|_| ModalError::Singular { shift });
+    structure.keep_scratch(entries, scratch);
     let below = negative_pivots(structure, &values);
     let factor = Factor { structure, values, below };
+    done?;
     let error = factor.solve_error(system, shift);
     // This comparison is false for NaN.
     if error <= WORST_SOLVE { Ok(factor) } else { Err(ModalError::Singular { shift }) }
@@ -69,6 +74,12 @@ fn negative_pivots(structure: &Elimination, values: &[f64]) -> usize {
         (0..block.ncols()).filter(|k| block[(*k, *k)] < 0.0).count()
     };
     (0..symbolic.n_supernodes()).map(negative).sum()
+}
+
+impl Drop for Factor<'_> {
+    fn drop(&mut self) {
+        self.structure.keep_room(std::mem::take(&mut self.values));
+    }
 }
 
 impl Factor<'_> {

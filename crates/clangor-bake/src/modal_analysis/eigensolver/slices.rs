@@ -35,27 +35,40 @@ const NUDGES: usize = 4;
 /// # Errors
 /// [`ModalError`]; [`ModalError::Silent`] if the body has no modes in the band.
 pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalError> {
-    let mut outcome = solve_at(system, max_frequency, PLACES[0]);
+    solve_in(&Elimination::new(system)?, system, max_frequency)
+}
+
+/// The same with the elimination of any system of the same pattern.
+pub(crate) fn solve_in(
+    structure: &Elimination,
+    system: &ElasticSystem,
+    max_frequency: f64,
+) -> Result<Modes, ModalError> {
+    let mut outcome = solve_at(structure, system, max_frequency, PLACES[0]);
     for place in &PLACES[1..] {
         // A shift within rounding of a mode may count it on one side and find it on the other.
         if !matches!(outcome, Err(ModalError::Incomplete { .. })) {
             break;
         }
-        outcome = solve_at(system, max_frequency, *place);
+        outcome = solve_at(structure, system, max_frequency, *place);
     }
     outcome
 }
 
 /// The same with shifts at a given position in their slices.
-fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Modes, ModalError> {
+fn solve_at(
+    structure: &Elimination,
+    system: &ElasticSystem,
+    max_frequency: f64,
+    place: f64,
+) -> Result<Modes, ModalError> {
     if !(max_frequency > 0.0 && max_frequency.is_finite()) {
         return Err(ModalError::Frequency(max_frequency));
     }
     // Factor at the upper limit: number of modes in the band.
     let rigid = system.rigid_count();
-    let structure = Elimination::new(system)?;
     let limit = (TAU * max_frequency).powi(2);
-    let (limit, top) = factor_near(&structure, system, limit)?;
+    let (limit, top) = factor_near(structure, system, limit)?;
     if top.below < rigid {
         return Err(ModalError::LooseParts);
     }
@@ -82,7 +95,7 @@ fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Mo
     let mut fractions = fractions(total, place).into_iter();
     let mut next = |below: &mut Vec<(f64, usize)>| -> Result<Option<(f64, Factor<'_>)>, ModalError> {
         let Some(fraction) = fractions.next() else { return Ok(None) };
-        let (shift, factor) = factor_near(&structure, system, fraction * limit)?;
+        let (shift, factor) = factor_near(structure, system, fraction * limit)?;
         below.push((frequency(shift), factor.below - rigid));
         Ok(Some((shift, factor)))
     };
@@ -106,7 +119,7 @@ fn solve_at(system: &ElasticSystem, max_frequency: f64, place: f64) -> Result<Mo
     }
     counts.push((frequency(limit), total));
     // Recompute inaccurate modes, then verify the counts.
-    let residual = band.polish(&structure, limit)?;
+    let residual = band.polish(structure, limit)?;
     if residual.is_nan() || band.exceeds(WORST_RESIDUAL) {
         return Err(ModalError::Inaccurate { residual });
     }

@@ -261,8 +261,8 @@ fn of_transfers(geometry: &BakeGeometry, material: &Material, options: &ModalBak
     let system = unknowns / parts;
     let elements = (system <= MOST_UNKNOWNS as f64).then(|| {
         // Waves are half as short at an average mode, which belongs to some of the classes.
-        let each = 0.6 * operations::solve(system as usize, [parts.min(4.0) as usize, parts as usize]);
-        seconds(modes.min(kappa / 0.5 + 6.0) * each)
+        let systems = [parts.min(4.0) as usize, parts as usize];
+        seconds(0.6 * operations::motions(system as usize, systems, modes.min(kappa / 0.5 + 6.0)))
     });
     let sizes = (geometry.bounding_radius(), mean_wall(geometry));
     let (count, cavities) = (modes.ceil() as usize, mesh_has_cavities(geometry));

@@ -7,6 +7,7 @@
 //!               n unknowns of a class, g images, A = κ/1.5 anchors
 //!               F ( Σ_classes 0.43 n³ + 250 g n² ) + …  where anchors do not fit, or n ≤ 1200
 //!               F ( Σ_classes 0.43 n³ + 1500 g n² )     where the tables do not fit
+//! motions       as the last two, with 10⁴ g n² for the tables, from 12 systems on
 //! patches       F 6 ( 4 n³ + 300 n² )
 //! meridian      F 3400 n², twice for a vessel with a narrow mouth
 //! time domain   6 · 12.5 cells · steps
@@ -18,6 +19,9 @@
 use crate::acceleration::sampling::{SOLID_SPACING, VESSEL_DENSITY};
 use crate::bem::triangles::sweep::anchors::{FEW, SPACING as ANCHOR_SPACING, WIDEST};
 use crate::bem::triangles::sweep::{MEMORY as SWEEP_MEMORY, SHORTEST};
+
+/// Systems for motions of the surface that are worth tables of what they share.
+pub(crate) const MANY: usize = 12;
 
 /// Bytes of a complex entry, and nodes of a table.
 const BYTES: f64 = 8.0;
@@ -74,6 +78,17 @@ pub(crate) fn triangles(unknowns: usize, systems: [usize; 2], kappa: f64, spacin
     let factors = 0.43 * classes * n.powi(3);
     let each = if anchored { 350.0 * classes * n * n } else { factors };
     (shared + solves * each + if anchored { anchors * factors } else { 0.0 }).min(alone)
+}
+
+/// Triangles at so many frequencies, for motions of the surface.
+pub(crate) fn motions(unknowns: usize, systems: [usize; 2], solves: f64) -> f64 {
+    let [classes, images] = systems.map(|count| count as f64);
+    let n = unknowns as f64;
+    let alone = solves * solve(unknowns, systems);
+    if solves < MANY as f64 || BYTES * TABLES * images * n * n > SWEEP_MEMORY as f64 {
+        return alone;
+    }
+    (images * n * n * (250.0 * solves + 1e4) + solves * 0.43 * classes * n.powi(3)).min(alone)
 }
 
 /// The same at one frequency.

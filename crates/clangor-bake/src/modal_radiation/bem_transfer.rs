@@ -36,7 +36,7 @@ use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::has_cavities;
 use crate::bem::triangles::{Equation, MOST_ORDER, TriangleSolver};
-use crate::cost::operations::{self, PER_SECOND};
+use crate::cost::operations::{self, MANY, PER_SECOND};
 use crate::effort::Effort;
 use crate::geometry_class::mirror_symmetry::mirror_planes_in_mean;
 use crate::mesh::draft_surface::draft_surface;
@@ -57,6 +57,8 @@ const MESHES: usize = 3;
 const WORTH: f64 = 0.75;
 /// Relative difference of wavenumbers below which modes are solved together.
 const TOGETHER: f64 = 1e-4;
+/// Share of the error left to tables of what many systems share: ten times as much at the resonances of a cavity.
+const SWEEP_SHARE: f64 = 0.01;
 /// Memory of the systems that are solved at the same time [bytes].
 const MEMORY: usize = 4 << 30;
 /// Fractions of the bounding radius that are significant for the choice of triangles.
@@ -70,11 +72,17 @@ pub struct BemModalSolver {
     spacing: f64,
     /// Unit of length of the bands \[m\].
     unit: f64,
+    /// Level error.
+    accuracy: f64,
     effort: Effort,
 }
 
-/// Unknowns of a draft, and spacing in κ of its ladder.
+/// Level error for given triangles.
+const ACCURACY: f64 = 0.01;
+
+/// Unknowns and level error of a draft, and spacing in κ of its ladder.
 const DRAFT_UNKNOWNS: f64 = 320.0;
+const DRAFT_ACCURACY: f64 = 0.1;
 const DRAFT_SPACING: f64 = 1.6;
 
 /// A mesh and its band.
@@ -130,7 +138,7 @@ impl BemModalSolver {
             bands.push((Band { mesh, highest }, fineness.unknowns));
         }
         let bands = bands.into_iter().map(|(band, _)| band).collect();
-        Ok(BemModalSolver { bands, spacing, unit, effort: Effort::Exact })
+        Ok(BemModalSolver { bands, spacing, unit, accuracy, effort: Effort::Exact })
     }
 
     /// A draft for a body whose centre of mass is at the origin: one mesh of about 320 unknowns for all
@@ -147,6 +155,7 @@ impl BemModalSolver {
             bands: vec![Band { mesh, highest: f64::INFINITY }],
             spacing: DRAFT_SPACING,
             unit,
+            accuracy: DRAFT_ACCURACY,
             effort: Effort::Draft,
         })
     }
@@ -157,6 +166,7 @@ impl BemModalSolver {
             bands: vec![Band { mesh, highest: f64::INFINITY }],
             spacing: SOLID_SPACING,
             unit: 1.0,
+            accuracy: ACCURACY,
             effort: Effort::Exact,
         }
     }
@@ -202,7 +212,11 @@ impl ModalSolver for BemModalSolver {
             let rungs = rungs(&wavenumbers, self.spacing / radius);
             let highest = rungs.iter().map(|rung| rung.wavenumber).fold(0.0, f64::max);
             let solver = match self.effort {
-                Effort::Exact => TriangleSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?,
+                Effort::Exact => {
+                    let solver = TriangleSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?;
+                    let error = SWEEP_SHARE * self.accuracy;
+                    if rungs.len() >= MANY { solver.for_many_motions(highest, error) } else { solver }
+                }
                 Effort::Draft => TriangleSolver::try_draft(&band.mesh.cell, highest)?,
             };
             let mesh = band.mesh.whole().0;
@@ -255,7 +269,7 @@ impl ModalSolver for BemModalSolver {
             let parities = band.mesh.images().len();
             let solves = if own.is_empty() { 0 } else { rungs(&own, self.spacing).len() };
             // Modes have few of the parities.
-            solves as f64 * operations::solve(unknowns, [parities.min(4), parities]) / PER_SECOND
+            operations::motions(unknowns, [parities.min(4), parities], solves as f64) / PER_SECOND
         };
         self.bands.iter().zip(self.shares(wavenumbers)).map(of_band).sum()
     }

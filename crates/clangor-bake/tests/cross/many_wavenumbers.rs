@@ -54,3 +54,34 @@ fn cross_tables_of_a_band_give_the_systems_assembled_one_by_one() {
         }
     }
 }
+
+/// The same for motions of the surface that no rigid motion is, in all parities.
+#[test]
+fn cross_tables_of_a_band_give_the_transfers_of_systems_assembled_one_by_one() {
+    let cup = Shape::parse("bowl").expect("a shape").mesh();
+    let radius = cup.bounding_radius(DVec3::ZERO);
+    let options = RemeshOptions::new(0.09 * radius, 0.25 * radius);
+    let highest = 7.0 / radius;
+    for planes in [vec![], vec![DVec3::X, DVec3::Z]] {
+        let (mesh, _) = remesh_symmetric(&cup, &planes, &options).expect("a mesh");
+        let (whole, _) = mesh.whole();
+        let load = |f: &dyn Fn(DVec3) -> f64| whole.vertices.iter().map(|v| f(*v / radius)).collect();
+        let loads: [Vec<f64>; 3] = [load(&|x| x.x * x.y), load(&|x| x.z * x.z), load(&|x| x.x * x.z * x.y)];
+        let single = TriangleSolver::try_symmetric(&mesh, highest, Equation::BurtonMiller).expect("small");
+        for error in [1e-3, 1e-5] {
+            let swept = single.clone().for_many_motions(highest, error);
+            for share in [0.05, 0.2, 0.51, 0.83, 1.0] {
+                let [found, exact] = [&swept, &single].map(|solver| {
+                    solver.radiate(share * highest, ORDER, radius, &loads, None).expect("finite")
+                });
+                let norm = |values: &[Complex64]| values.iter().map(Complex64::norm_sqr).sum::<f64>().sqrt();
+                for (found, exact) in found.iter().zip(&exact) {
+                    let off: Vec<Complex64> = found.iter().zip(exact).map(|(a, b)| a - b).collect();
+                    let seen = norm(&off) / norm(exact);
+                    // Residuals seen: 0.14 of the error, 0.18 of the smaller one.
+                    assert!(seen < 0.4 * error, "{error:e} {share}: {seen:e}");
+                }
+            }
+        }
+    }
+}

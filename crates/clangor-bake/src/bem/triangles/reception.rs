@@ -68,7 +68,8 @@ impl TriangleSolver {
         let members: Vec<Vec<usize>> = classes.iter().map(|class| self.members(class, order)).collect();
         // Assembly: incident waves on the right-hand side, matrices of the classes.
         let right = self.incident((wavenumber, order, radius), &classes, &members, harmonics);
-        let matrices = self.matrices(wavenumber, &classes);
+        let swept = self.sweep.as_ref().and_then(|sweep| sweep.matrices(&classes, wavenumber * self.radius));
+        let matrices = swept.unwrap_or_else(|| self.matrices(wavenumber, &classes));
         let systems = classes.iter().zip(matrices).zip(right);
         for ((((class, matrix), right), harmonics), folded) in systems.zip(&members).zip(&folded) {
             // Dense solve for the fewer of harmonics and motions, then reciprocity: coefficients are

@@ -35,6 +35,7 @@ use self::entry_table::EntryTable;
 use self::load_table::LoadTable;
 use self::spares::Spares;
 use super::dense_system::ClassSystem;
+use super::parity_classes::ParityClass;
 use super::{TriangleSolver, narrow};
 
 /// Lowest wavenumber of the tables [1/R].
@@ -59,7 +60,8 @@ struct Band {
 #[derive(Clone, Debug)]
 pub(super) struct Sweep {
     band: Band,
-    tables: OnceLock<(EntryTable, LoadTable)>,
+    entries: OnceLock<EntryTable>,
+    loads: OnceLock<LoadTable>,
     anchors: Anchors,
     spares: Spares,
 }
@@ -76,11 +78,23 @@ impl TriangleSolver {
         let tables = EntryTable::bytes(&self, &band);
         let sweep = (band.highest > SHORTEST && tables <= MEMORY).then(|| Sweep {
             band,
-            tables: OnceLock::new(),
+            entries: OnceLock::new(),
+            loads: OnceLock::new(),
             anchors: Anchors::new(&self.classes, &band, MEMORY - tables),
             spares: Spares::default(),
         });
         Self { sweep, ..self }
+    }
+
+    /// The same, with what solves for motions of the surface share computed
+    /// ([`radiate`](Self::radiate)): worth its time from some ten of them on.
+    #[must_use]
+    pub fn for_many_motions(self, highest: f64, error: f64) -> Self {
+        let solver = self.for_many_wavenumbers(highest, error);
+        if let Some(sweep) = &solver.sweep {
+            sweep.entries.get_or_init(|| EntryTable::new(&solver, &sweep.band));
+        }
+        solver
     }
 }
 
@@ -96,7 +110,8 @@ impl Sweep {
         if covered.is_empty() {
             return;
         }
-        self.tables.get_or_init(|| (EntryTable::new(solver, &self.band), LoadTable::new(solver, &self.band)));
+        self.entries.get_or_init(|| EntryTable::new(solver, &self.band));
+        self.loads.get_or_init(|| LoadTable::new(solver, &self.band));
         let needed = self.anchors.missing(&covered);
         needed.into_par_iter().for_each(|anchor| {
             let systems = self.systems(solver, self.anchors.wavenumber(anchor));
@@ -111,10 +126,17 @@ impl Sweep {
         Some(self.anchors.solve(k, systems, &self.spares))
     }
 
+    /// The matrices of any parity classes at a wavenumber [1/R], column by column; `None` outside the band and
+    /// before they are prepared.
+    pub(super) fn matrices(&self, classes: &[ParityClass], k: f64) -> Option<Vec<Vec<Complex32>>> {
+        let entries = self.entries.get().filter(|_| self.covers(k))?;
+        Some(entries.matrices(classes, k, &self.spares))
+    }
+
     /// The systems at a wavenumber [1/R].
     fn systems(&self, solver: &TriangleSolver, k: f64) -> Option<Vec<ClassSystem>> {
-        let (entries, loads) = self.tables.get()?;
-        let loads = loads.at(k);
+        let entries = self.entries.get()?;
+        let loads = self.loads.get()?.at(k);
         let matrices = entries.matrices(&solver.classes, k, &self.spares);
         let systems = solver.classes.iter().zip(matrices).map(|(class, matrix)| {
             let right = class.motions.iter().flat_map(|d| class.vertices().map(|v| narrow(loads[v][*d])));

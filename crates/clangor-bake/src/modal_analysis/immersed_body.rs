@@ -191,23 +191,22 @@ impl<'a> ImmersedBody<'a> {
         let expected = |edge: f64, parts: f64| {
             expected(self.surface.area(), self.volume, edge).map(|count| count / parts)
         };
-        let too_fine = |parts: f64| {
+        let fits = |parts: f64| {
             let ([elements, nodes], wall) = (expected(edge, parts), self.walls.thickness);
-            (nodes > most).then(|| ModalAnalysisError::TooFine {
-                wall,
-                edge,
-                elements,
-                nodes,
-                most: self.most_nodes,
-            })
+            match nodes > most {
+                true => {
+                    Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most: self.most_nodes })
+                }
+                false => Ok(()),
+            }
         };
         if let Some(mirrors) = &self.mirrors {
-            too_fine(parts(mirrors.planes)).map_or(Ok(()), Err)?;
+            fits(parts(mirrors.planes))?;
             let grid = CellGrid::on_one_side(&mirrors.surface, edge, mirrors.planes);
-            too_fine(parts(grid.mirrored())).map_or(Ok(()), Err)?;
+            fits(parts(grid.mirrored()))?;
             return self.on(grid, order);
         }
-        too_fine(1.0).map_or(Ok(()), Err)?;
+        fits(1.0)?;
         let planes = self.ends_of_clamps(edge);
         let aligned = edge_for(&planes, edge);
         let edge = if expected(aligned, 1.0)[1] > most { edge } else { aligned };

@@ -57,7 +57,8 @@ const MESHES: usize = 3;
 const WORTH: f64 = 0.75;
 /// Relative difference of wavenumbers below which modes are solved together.
 const TOGETHER: f64 = 1e-4;
-/// Share of the error left to tables of what many systems share: ten times as much at the resonances of a cavity.
+/// Share of the error left to tables of what many systems share: ten times as much at the resonances of a
+/// cavity.
 const SWEEP_SHARE: f64 = 0.01;
 /// Memory of the systems that are solved at the same time [bytes].
 const MEMORY: usize = 4 << 30;

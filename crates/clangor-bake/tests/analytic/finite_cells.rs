@@ -110,34 +110,47 @@ fn against_section(name: &str, preset: &Preset, limit: f64, accuracy: f64) -> (M
 #[test]
 fn a_disc_of_a_millimetre_agrees_with_its_section() {
     let (cells, worst) = against_section("coin:0.05x0.001@0.001", &GLASS, 10e3, 0.005);
-    // Seen: 1.5e-3.
+    // Seen: 1.3e-3.
     assert!(cells.modes.len() == 33 && worst < 5e-3, "{} {worst:.1e}", cells.modes.len());
 }
 
 #[test]
 fn a_bowl_agrees_with_its_section() {
     let (_, worst) = against_section("bowl@0.002", &CERAMIC, 12e3, 0.005);
-    // Seen: 2.8e-3, of the sharp inner edge of its foot.
+    // Seen: 3.1e-3, of the sharp inner edge of its foot.
     assert!(worst < 1e-2, "{worst:.1e}");
 }
 
-/// Where a plate lies in the grid must not matter, nor may a mode appear that is not one.
+/// A plate without mirror planes but that through its middle: one of its four corners is 4 mm farther in.
+fn uneven(plate: &TriMesh) -> TriMesh {
+    let moved = |v: &DVec3| if v.x > 0.0 && v.y > 0.0 { *v - 0.004 * DVec3::X } else { *v };
+    TriMesh { vertices: plate.vertices.iter().map(moved).collect(), ..plate.clone() }
+}
+
+/// Where a plate lies in the grid must not matter, nor may a mode appear that is not one. A turned plate with
+/// mirror planes has them in the grid again; one without lies across it.
 #[test]
 fn turned_plates_ring_as_unturned_ones() {
     for (part, limit) in [(5.0, 9e3), (10.0, 4.5e3), (20.0, 2.3e3), (30.0, 1.5e3)] {
         let plate = shape(&format!("box:0.1x0.06x{}", 0.02 / part));
-        let straight = in_cells(&plate, &STEEL, limit, 1e-3).expect("modes");
-        let leaning = in_cells(&turned(&plate), &STEEL, limit, 1e-3).expect("modes");
+        let even = in_cells(&plate, &STEEL, limit, 1e-3).expect("modes");
+        let straight = in_cells(&uneven(&plate), &STEEL, limit, 1e-3).expect("modes");
+        let leaning = in_cells(&turned(&uneven(&plate)), &STEEL, limit, 1e-3).expect("modes");
         let bricks = BakeGeometry::RoundedBox { edges: DVec3::new(0.1, 0.06, 0.02 / part), round: 0.0 };
         let bricks = by_default(&bricks, &STEEL, limit, 1e-3);
         assert_eq!(straight.modes.len(), leaning.modes.len());
-        assert_eq!(straight.modes.len(), bricks.modes.len());
-        let each = straight.modes.iter().zip(&leaning.modes).zip(&bricks.modes);
-        for ((a, b), c) in each {
-            let (turning, order) = (b.frequency / a.frequency - 1.0, a.frequency / c.frequency - 1.0);
-            println!("1/{part} {:.1} Hz: {turning:.1e}, bricks {order:.1e}", a.frequency);
-            // Seen: 7e-4, and 1.6e-3 against bricks.
-            assert!(turning.abs() < 1e-3 && order.abs() < 4e-3, "{} {turning:.1e} {order:.1e}", a.frequency);
+        assert_eq!(even.modes.len(), bricks.modes.len());
+        for (a, c) in even.modes.iter().zip(&bricks.modes) {
+            let order = a.frequency / c.frequency - 1.0;
+            println!("1/{part} {:.1} Hz, bricks {order:.1e}", a.frequency);
+            // Seen: 1.6e-3.
+            assert!(order.abs() < 4e-3, "{} {order:.1e}", a.frequency);
+        }
+        for (a, b) in straight.modes.iter().zip(&leaning.modes) {
+            let turning = b.frequency / a.frequency - 1.0;
+            println!("1/{part} {:.1} Hz: {turning:.1e}", a.frequency);
+            // Seen: 9.1e-4.
+            assert!(turning.abs() < 1e-3, "{} {turning:.1e}", a.frequency);
         }
     }
 }

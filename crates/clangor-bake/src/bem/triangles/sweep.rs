@@ -126,8 +126,8 @@ impl Sweep {
         Some(self.anchors.solve(k, systems, &self.spares))
     }
 
-    /// The matrices of any parity classes at a wavenumber [1/R], column by column; `None` outside the band and
-    /// before they are prepared.
+    /// The matrices of any parity classes at a wavenumber [1/R], column by column; `None` outside the band
+    /// and before they are prepared.
     pub(super) fn matrices(&self, classes: &[ParityClass], k: f64) -> Option<Vec<Vec<Complex32>>> {
         let entries = self.entries.get().filter(|_| self.covers(k))?;
         Some(entries.matrices(classes, k, &self.spares))

@@ -34,7 +34,7 @@ mod surface_points;
 use std::fs;
 use std::ops::{ControlFlow, Range};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clangor_core::scene::strike_recipe::StrikeRecipe;
 use clangor_core::synthesis::SampleRate;
@@ -46,6 +46,7 @@ pub use self::labels::{LabelledStrike, StrikeRoomLabel, StrikerLabel};
 pub use self::shard::Shard;
 use self::strike_table::read_strikes;
 use self::strikes::{DrawnStrike, Strikes};
+pub use self::struck_bodies::BodyRemark;
 use self::struck_bodies::{BodySettings, ReadyBody, StruckBodies};
 use crate::session::Progress;
 use crate::session::struck_model::ModelChoice;
@@ -163,7 +164,7 @@ impl Dataset {
         range: Range<u64>,
         on_progress: &mut dyn FnMut(&Progress<'_>) -> ControlFlow<()>,
     ) -> Result<Vec<LabelledStrike>, DatasetError> {
-        let mut bodies = self.bodies.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut bodies = self.bodies();
         bodies.begin_group();
         let mut ready: Vec<(DrawnStrike, Arc<ReadyBody>)> = Vec::new();
         for index in range {
@@ -204,10 +205,21 @@ impl Dataset {
         let wanted = bodies.iter().filter(|(object, _)| own.binary_search(object).is_ok());
         let mut count = 0;
         for key in wanted {
-            // None is kept: only the cache matters.
-            StruckBodies::default().obtain(&self.strikes, *key, &self.settings, on_progress)?;
+            // No body is kept: only the cache and the remarks matter.
+            let mut bodies = StruckBodies::default();
+            bodies.obtain(&self.strikes, *key, &self.settings, on_progress)?;
+            self.bodies().add_remarks(bodies);
             count += 1;
         }
         Ok(count)
+    }
+
+    /// Defects of the sound models that were found or baked since the last call, once for each body.
+    pub fn take_remarks(&self) -> Vec<BodyRemark> {
+        self.bodies().take_remarks()
+    }
+
+    fn bodies(&self) -> MutexGuard<'_, StruckBodies> {
+        self.bodies.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

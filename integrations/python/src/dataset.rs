@@ -1,11 +1,12 @@
 //! Data sets: labelled strikes as dictionaries, and their files.
 
+use std::ffi::CString;
 use std::path::PathBuf;
 
 use clangor::Progress;
 use clangor::pipeline::dataset::{Dataset, DatasetError, DatasetOptions, FileKind, LabelledStrike, Shard};
 use numpy::PyArray1;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -71,6 +72,7 @@ impl Strikes {
             let mut reached = |progress: &Progress<'_>| watch.reached(progress);
             self.dataset.strikes(start..stop, &mut reached).map_err(|error| watch.cause(raised(error)))
         })?;
+        self.warn(py)?;
         strikes.into_iter().map(|strike| labelled(py, strike)).collect()
     }
 
@@ -100,6 +102,7 @@ impl Strikes {
             let written = self.dataset.write(&folder, part, kind, &mut reached);
             written.map_err(|error| watch.cause(raised(error)))
         })?;
+        self.warn(py)?;
         Ok((written.path, written.rows, written.kept))
     }
 
@@ -108,9 +111,22 @@ impl Strikes {
     fn bake(&self, py: Python<'_>, part: (u32, u32), progress: Option<Py<PyAny>>) -> PyResult<usize> {
         let part = shard(part)?;
         let watch = Watch::new(progress);
-        py.detach(|| {
+        let bodies = py.detach(|| {
             let mut reached = |progress: &Progress<'_>| watch.reached(progress);
             self.dataset.bake(part, &mut reached).map_err(|error| watch.cause(raised(error)))
+        })?;
+        self.warn(py)?;
+        Ok(bodies)
+    }
+}
+
+impl Strikes {
+    /// Warns of defects of the sound models that were just found or baked.
+    fn warn(&self, py: Python<'_>) -> PyResult<()> {
+        let category = py.get_type::<PyUserWarning>();
+        self.dataset.take_remarks().into_iter().try_for_each(|remark| {
+            let text = CString::new(remark.to_string().replace('\0', ""))?;
+            PyErr::warn(py, &category, &text, 2)
         })
     }
 }

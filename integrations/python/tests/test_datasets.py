@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import time
+import warnings
 from concurrent.futures import Future, ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -54,6 +55,20 @@ def test_strikes_are_labelled() -> None:
     assert np.array_equal(made()[-1]["samples"], rows[-1]["samples"])
     longer = made(count=40)[11]
     assert np.array_equal(longer["samples"], rows[11]["samples"]) and longer["point"] == rows[11]["point"]
+
+
+def test_defects_of_sound_models_are_warned_of(tmp_path: Path) -> None:
+    recipe = {**RECIPE, "object": RECIPE["object"][:1], "materials": "steel", "count": 2}
+    data = clangor.dataset(recipe, quality="draft", cache=tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert data.bake() == 1
+    for entry in (path for path in tmp_path.iterdir() if path.is_file()):
+        content = bytearray(entry.read_bytes())
+        content[len(content) // 2] ^= 1
+        entry.write_bytes(content)
+    with pytest.warns(UserWarning, match='"bar" of steel: .*baked again'):
+        data.bake()
 
 
 def test_a_strike_alone_has_the_same_samples() -> None:

@@ -22,7 +22,8 @@ use super::ElasticSystem;
 use super::ordering::{Ordering, best_ordering};
 use super::out_of_memory::OutOfMemory;
 
-/// Order and pattern. The factor is supernodal: columns of the same pattern are one dense block.
+/// Order and pattern. The factor is supernodal: columns of the same pattern are one dense block. Indices have
+/// 32 bits: a factor of more than 2³¹ numbers, 17 GB, counts as one that does not fit.
 pub(crate) struct Elimination {
     cholesky: SymbolicCholesky<u32>,
     /// Permutation: the unknown that is eliminated first, second and so on.
@@ -160,7 +161,7 @@ impl Elimination {
     }
 }
 
-/// Column starts and rows of the lower half, by unknowns; `None` if they are too many to count.
+/// Column starts and rows of the lower half, by unknowns; `None` if the starts need more than 32 bits.
 fn unknowns(system: &ElasticSystem) -> Option<(Vec<u32>, Vec<u32>)> {
     let (columns, nodes) = system.pattern();
     let mut starts = vec![0];

@@ -48,7 +48,7 @@ use super::rigid_motions::rigid_motions;
 use super::{ElasticConstants, ElasticSystem, Elements};
 use basis::Basis;
 pub(crate) use grid::{CellGrid, Planes, edge_for};
-use joints::numbered;
+use joints::{numbered, on_mirrors};
 use matrices::CellMatrices;
 use parts::{Cell, Parts};
 
@@ -165,6 +165,11 @@ impl FiniteCells {
     /// The grid.
     pub(crate) fn grid(&self) -> CellGrid {
         self.grid
+    }
+
+    /// Whether the body goes on through the mirror plane across each axis at each node.
+    pub(crate) fn on_mirrors(&self) -> Vec<[bool; 3]> {
+        on_mirrors(&self.grid, &self.basis, (&self.body, &self.elements), self.nodes.len())
     }
 
     /// Node positions \[m\].

@@ -24,6 +24,8 @@ use num_complex::Complex64;
 
 /// Largest number of mirrored vertices, of centroids, and of triangles of the quartic form.
 const SAMPLES: usize = 3000;
+/// Largest number of centroids where every face counts.
+const FACES: usize = 60_000;
 /// Relative difference below which moments count as equal.
 const EQUAL: f64 = 2e-3;
 /// Largest residual of a noisy surface, over what the means in patches may be.
@@ -49,7 +51,7 @@ pub struct MirrorPlane {
 ///
 /// Normals along coordinate axes are exact. A surface that encloses no solid has none.
 pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
-    mirror_planes_within(mesh, &Within { largest: tolerance, mean: 0.0 })
+    mirror_planes_within(mesh, &Within { largest: tolerance, mean: 0.0, deepest: 0.0, of_faces: false })
 }
 
 /// The same for a surface with noise: residuals are at most `tolerance` \[m\]; or their means in patches are
@@ -58,14 +60,27 @@ pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
 ///
 /// With k times `mean` ≤ 2ε the phase of the sound of a patch changes by less than ε.
 pub fn mirror_planes_in_mean(mesh: &TriMesh, tolerance: f64, mean: f64) -> Vec<MirrorPlane> {
-    mirror_planes_within(mesh, &Within { largest: tolerance, mean })
+    let deepest = NOISE * mean;
+    mirror_planes_within(mesh, &Within { largest: tolerance, mean, deepest, of_faces: false })
+}
+
+/// The same for walls, of which every face counts, where the others look at the vertices of a surface without
+/// noise: a slit or a hole whose corners lie on the image of the surface has faces that do not. All residuals
+/// are at most `tolerance` \[m\]; or their means in patches, they themselves four times as much, and the
+/// largest is at most `deepest` \[m\].
+pub fn mirror_planes_of_walls(mesh: &TriMesh, tolerance: f64, deepest: f64) -> Vec<MirrorPlane> {
+    mirror_planes_within(mesh, &Within { largest: tolerance, mean: tolerance, deepest, of_faces: true })
 }
 
 /// What residuals may be.
 struct Within {
     largest: f64,
+    /// Whether they are those of all faces, noise or none.
+    of_faces: bool,
     /// Root of the mean square of their means in patches.
     mean: f64,
+    /// The largest of noise.
+    deepest: f64,
 }
 
 fn mirror_planes_within(mesh: &TriMesh, within: &Within) -> Vec<MirrorPlane> {
@@ -116,7 +131,7 @@ fn orthogonal(planes: Vec<MirrorPlane>) -> Vec<MirrorPlane> {
 
 /// Largest distance of a mirrored vertex from the surface, if the distances are small enough.
 fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) -> Option<f64> {
-    let reach = within.largest.max(NOISE * within.mean).next_up();
+    let reach = within.largest.max(within.deepest).next_up();
     let patch = PATCH * mesh.bounding_radius(DVec3::ZERO);
     let image = |point: DVec3| point - 2.0 * point.dot(normal) * normal;
     let place = |image: DVec3| (image / patch).floor().as_i64vec3().to_array();
@@ -136,14 +151,21 @@ fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) 
             distances.add(signed(image, &nearest), place(image));
         }
     }
-    if largest <= within.largest.next_up() {
+    if largest <= within.largest.next_up() && !within.of_faces {
         return Some(largest);
     }
     // Noise: with the centroids, which lie inside of a curved surface where the vertices lie on it.
-    for t in (0..mesh.triangles.len()).step_by(mesh.triangles.len().div_ceil(SAMPLES).max(1)) {
+    let faces = if within.of_faces { FACES } else { SAMPLES };
+    for t in (0..mesh.triangles.len()).step_by(mesh.triangles.len().div_ceil(faces).max(1)) {
         let image = image(mesh.centroid(t));
         let nearest = tree.nearest_where(mesh, image, reach, |_| true)?;
         distances.add(signed(image, &nearest), place(image));
+        if within.of_faces {
+            largest = largest.max(nearest.distance);
+        }
+    }
+    if largest <= within.largest.next_up() {
+        return Some(largest);
     }
     let is_noise = distances.mean() <= ROUGH * within.mean && distances.mean_of_patches() <= within.mean;
     is_noise.then_some(largest)

@@ -6,9 +6,9 @@
 //! u(R x) = ± R u(x),    R the mirror
 //! ```
 //!
-//! so that half of the body is enough: on the plane the normal motion vanishes, or the tangential one. With
-//! three planes there are eight problems with an eighth of the unknowns each, which take a fraction of the
-//! time. The modes of a degenerate pair are in different ones.
+//! so that half of the body is enough: where the body meets the plane, the normal motion vanishes, or the
+//! tangential one. With three planes there are eight problems with an eighth of the unknowns each, which take
+//! a fraction of the time. The modes of a degenerate pair are in different ones.
 
 use std::borrow::Cow;
 
@@ -19,9 +19,6 @@ use crate::fem::ElasticSystem;
 use crate::fem::elimination::Elimination;
 use crate::modal_analysis::eigensolver::{ModalError, Mode, solve_in};
 
-/// Distance from a plane within which a node lies on it, in the length given for it.
-const ON_PLANE: f64 = 1e-9;
-
 /// Parity for each axis: +1 for motions that equal their mirror image, −1 for their negative.
 pub(super) type Parity = [f64; 3];
 
@@ -29,6 +26,15 @@ pub(super) type Parity = [f64; 3];
 /// on the positive sides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct MirrorParities(pub(super) [bool; 3]);
+
+/// The nodes of the solved part of a body.
+#[derive(Clone, Copy)]
+pub(super) struct PartNodes<'a> {
+    /// Places from the planes \[m\].
+    pub(super) places: &'a [DVec3],
+    /// Whether the body goes on through the plane across each axis there.
+    pub(super) on_planes: &'a [[bool; 3]],
+}
 
 /// A mode on the nodes of the solved part, with the mass of the whole body.
 pub(super) struct PartMode {
@@ -41,13 +47,11 @@ impl MirrorParities {
         (0..3).filter(move |a| self.0[*a])
     }
 
-    /// All modes up to a limit \[Hz\] of the whole, from the free system of the part. `places` are the nodes
-    /// from the planes, and `lengths` lengths of the part along the axes, for rounding.
+    /// All modes up to a limit \[Hz\] of the whole, from the free system of the part.
     pub(super) fn spectrum(
         self,
         system: &ElasticSystem,
-        places: &[DVec3],
-        lengths: DVec3,
+        nodes: PartNodes<'_>,
         limit: f64,
     ) -> Result<Spectrum<Vec<PartMode>>, ModalError> {
         let mut all =
@@ -56,7 +60,7 @@ impl MirrorParities {
         let structure = Elimination::new(system)?;
         for parity in self.parities() {
             let own = match self.0.contains(&true) {
-                true => Cow::Owned(self.restricted(system, places, ON_PLANE * lengths, parity)),
+                true => Cow::Owned(self.restricted(system, nodes, parity)),
                 false => Cow::Borrowed(system),
             };
             match solve_in(&structure, &own, limit) {
@@ -82,16 +86,10 @@ impl MirrorParities {
     }
 
     /// The problem of one parity.
-    fn restricted(
-        self,
-        system: &ElasticSystem,
-        places: &[DVec3],
-        rounding: DVec3,
-        parity: Parity,
-    ) -> ElasticSystem {
-        let held = places.iter().flat_map(|p| {
-            let on: [bool; 3] = [0, 1, 2].map(|a| self.0[a] && p[a] < rounding[a]);
-            [0, 1, 2].map(|axis| (0..3).any(|a| on[a] && (parity[a] > 0.0) == (axis == a)))
+    fn restricted(self, system: &ElasticSystem, nodes: PartNodes<'_>, parity: Parity) -> ElasticSystem {
+        let PartNodes { places, on_planes } = nodes;
+        let held = on_planes.iter().flat_map(|on| {
+            [0, 1, 2].map(|axis| self.planes().any(|a| on[a] && (parity[a] > 0.0) == (axis == a)))
         });
         let fits = |turns: bool, axis: usize| {
             // A translation is odd under reflection along itself, a rotation under reflection across its
@@ -108,8 +106,7 @@ impl MirrorParities {
 
     /// A mode of the part with the mass of all images.
     fn of_whole(self, mut mode: Mode, parity: Parity) -> PartMode {
-        let images = self.planes().fold(1.0, |images, _| 2.0 * images);
-        let scale = 1.0 / f64::sqrt(images);
+        let scale = (self.parities().count() as f64).sqrt().recip();
         mode.shape.iter_mut().for_each(|motion| *motion *= scale);
         PartMode { parity, mode }
     }

@@ -3,13 +3,16 @@
 use glam::DVec3;
 
 use super::Spectrum;
-use super::mirror_parities::{MirrorParities, PartMode};
+use super::mirror_parities::{MirrorParities, PartMode, PartNodes};
 use crate::fem::ElasticConstants;
 use crate::fem::across_walls::Unknowns;
 use crate::fem::bricks::box_of_bricks;
 use crate::mesh::tetrahedra::block::block;
 use crate::mesh::tetrahedra::{TetMesh, TetMeshError};
 use crate::modal_analysis::eigensolver::{ModalError, Mode};
+
+/// Distance from a plane within which a node lies on it, in the edge of the part.
+const ON_PLANE: f64 = 1e-9;
 
 /// A box and its grid.
 pub(super) struct MirroredBox<'a> {
@@ -53,8 +56,10 @@ impl MirroredBox<'_> {
         let offset =
             DVec3::from_array([0, 1, 2].map(|a| if mirrored[a] { 0.5 * part_edges[a] } else { 0.0 }));
         let places: Vec<DVec3> = system.nodes().iter().map(|p| *p + offset).collect();
+        let on = |p: &DVec3| [0, 1, 2].map(|a| mirrored[a] && p[a] < ON_PLANE * part_edges[a]);
+        let on_planes: Vec<[bool; 3]> = places.iter().map(on).collect();
         let Spectrum { frequencies, first, residual, modes } =
-            mirrors.spectrum(&system, &places, part_edges, limit)?;
+            mirrors.spectrum(&system, PartNodes { places: &places, on_planes: &on_planes }, limit)?;
         let images = self.images(whole, part, part_edges, part_cells);
         let unfolded = |PartMode { parity, mode }: &PartMode| {
             let motion =

@@ -397,7 +397,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
 }
 
 /// All modes of a system up to a limit \[Hz\].
-pub(super) fn spectrum(system: &ElasticSystem, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalError> {
+fn spectrum(system: &ElasticSystem, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalError> {
     match solve(system, limit) {
         Ok(found) => Ok(Spectrum {
             frequencies: found.modes.iter().map(|m| m.frequency).collect(),

@@ -60,7 +60,7 @@ const TOGETHER: f64 = 1e-4;
 /// Share of the error left to tables of what many systems share: ten times as much at the resonances of a
 /// cavity.
 const SWEEP_SHARE: f64 = 0.01;
-/// Memory of the systems that are solved at the same time [bytes].
+/// Memory of tables and of the systems that are solved at the same time [bytes].
 const MEMORY: usize = 4 << 30;
 /// Fractions of the bounding radius that are significant for the choice of triangles.
 const DIGITS: f64 = (1_u64 << 32) as f64;
@@ -73,7 +73,7 @@ pub struct BemModalSolver {
     spacing: f64,
     /// Unit of length of the bands \[m\].
     unit: f64,
-    /// Level error.
+    /// Level error of exact transfers.
     accuracy: f64,
     effort: Effort,
 }
@@ -81,9 +81,8 @@ pub struct BemModalSolver {
 /// Level error for given triangles.
 const ACCURACY: f64 = 0.01;
 
-/// Unknowns and level error of a draft, and spacing in κ of its ladder.
+/// Unknowns of a draft, and spacing in κ of its ladder.
 const DRAFT_UNKNOWNS: f64 = 320.0;
-const DRAFT_ACCURACY: f64 = 0.1;
 const DRAFT_SPACING: f64 = 1.6;
 
 /// A mesh and its band.
@@ -156,7 +155,7 @@ impl BemModalSolver {
             bands: vec![Band { mesh, highest: f64::INFINITY }],
             spacing: DRAFT_SPACING,
             unit,
-            accuracy: DRAFT_ACCURACY,
+            accuracy: ACCURACY,
             effort: Effort::Draft,
         })
     }
@@ -229,7 +228,8 @@ impl ModalSolver for BemModalSolver {
             let most = orders.iter().copied().max().unwrap_or(0);
             let harmonics = solver.surface_harmonics(most, radius);
             let entries = solver.unknowns() * solver.unknowns() * band.mesh.images().len();
-            let together = (MEMORY / (entries.max(1) * 8)).clamp(1, rayon::current_num_threads().max(1));
+            let together = (MEMORY.saturating_sub(solver.table_bytes()) / (entries.max(1) * 8))
+                .clamp(1, rayon::current_num_threads().max(1));
             // Assembly, factorisation and reciprocity, as many systems at once as fit in memory.
             for (round, batch) in rungs.chunks(together).enumerate() {
                 if progress(before + own.len() * (round * together) / rungs.len()).is_break() {
@@ -270,7 +270,12 @@ impl ModalSolver for BemModalSolver {
             let parities = band.mesh.images().len();
             let solves = if own.is_empty() { 0 } else { rungs(&own, self.spacing).len() };
             // Modes have few of the parities.
-            operations::motions(unknowns, [parities.min(4), parities], solves as f64) / PER_SECOND
+            let systems = [parities.min(4), parities];
+            let operations = match self.effort {
+                Effort::Exact => operations::motions(unknowns, systems, solves as f64),
+                Effort::Draft => solves as f64 * operations::solve(unknowns, systems),
+            };
+            operations / PER_SECOND
         };
         self.bands.iter().zip(self.shares(wavenumbers)).map(of_band).sum()
     }

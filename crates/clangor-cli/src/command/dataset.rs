@@ -10,6 +10,9 @@ use crate::arguments::{DatasetFiles, Global, Strike};
 use crate::console::{Console, counted};
 use crate::failure::Failure;
 
+/// Most warnings after a file.
+const MOST_WARNINGS: usize = 20;
+
 pub(super) fn run(list: &Path, options: &Strike, global: &Global, console: &Console) -> Result<(), Failure> {
     let settings = DatasetOptions {
         models: options.models.on(options.device.device),
@@ -40,6 +43,7 @@ pub(super) fn run(list: &Path, options: &Strike, global: &Global, console: &Cons
         let bars = StageBars::new(console);
         let written = dataset.write(folder, shard, kind, &mut |progress| bars.show(progress))?;
         bars.clear();
+        warn(&dataset, console);
         let remark = if written.kept { ", was there" } else { "" };
         let strikes = counted(written.rows as usize, "strike", "strikes");
         console.say(format_args!("{}: {strikes}{remark}", written.path.display()));
@@ -51,12 +55,22 @@ pub(super) fn run(list: &Path, options: &Strike, global: &Global, console: &Cons
     Ok(())
 }
 
+/// Says what is wrong with the sound models that were just found or baked.
+fn warn(dataset: &Dataset, console: &Console) {
+    let remarks = dataset.take_remarks();
+    remarks.iter().take(MOST_WARNINGS).for_each(|remark| console.warn(remark));
+    if let Some(more @ 1..) = remarks.len().checked_sub(MOST_WARNINGS) {
+        console.warn(format_args!("{} more on sound models", counted(more, "remark", "remarks")));
+    }
+}
+
 /// Bakes the models of all bodies, or of a part of them.
 fn bake(dataset: &Dataset, part: Option<Shard>, console: &Console) -> Result<(), Failure> {
     let part = part.map_or_else(|| Shard::new(1, 1), Ok)?;
     let bars = StageBars::new(console);
     let bodies = dataset.bake(part, &mut |progress| bars.show(progress))?;
     bars.clear();
+    warn(dataset, console);
     let of = dataset.body_count();
     console.say(format_args!("sound models of {bodies} of {of} bodies and materials are in the cache"));
     console.json(&json!({ "bodies": bodies, "of": of }));

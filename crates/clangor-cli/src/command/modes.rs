@@ -42,7 +42,7 @@ pub(crate) fn run(options: &Modes, console: &Console) -> Result<(), Failure> {
         accuracy: options.accuracy,
         most_nodes: options.max_nodes,
     };
-    // Only matrices of the whole body are worth exporting, and they cost its mirror planes.
+    // The matrices are of the whole body, which is then solved without its mirror planes.
     let found = match options.export {
         Some(_) => modal_analysis_and_system(request.geometry(), &constants, &settings, &mut on_progress),
         None => modal_analysis(request.geometry(), &constants, &settings, &mut on_progress)

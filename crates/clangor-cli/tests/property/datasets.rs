@@ -60,3 +60,28 @@ fn property_impossible_data_sets_are_refused() {
     assert!(refused("strike -o out.wav").contains("<BODY>"));
     assert!(!folder.join("out").exists());
 }
+
+/// Damaged entries of the cache, as any defect of a model, are told once for each body, on standard error.
+#[test]
+fn property_defects_of_sound_models_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("bars.toml"), RECIPE).unwrap();
+    let line = "strike --list bars.toml -o bars --quality draft --shard";
+    let warnings = |part: &str| {
+        let output = run(folder, &line.split_whitespace().chain([part]).collect::<Vec<_>>());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    assert_eq!(warnings("1/2"), "");
+    let entries: Vec<_> = fs::read_dir(folder.join("cache")).unwrap().map(|e| e.unwrap().path()).collect();
+    for entry in entries.iter().filter(|path| path.is_file()) {
+        let mut bytes = fs::read(entry).unwrap();
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        fs::write(entry, bytes).unwrap();
+    }
+    let heard = warnings("2/2");
+    assert!(heard.contains("\"box:0.2x0.03x0.008\" of brass: ") && heard.contains("baked again"), "{heard}");
+    assert_eq!(warnings("2/2"), "");
+}

@@ -3,7 +3,8 @@
 //! Of a large data set, those that were needed last are kept; a table or `repeat` that has the strikes on one
 //! body in a row loads each once.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -24,6 +25,7 @@ use crate::session::sounding_body::SoundingBody;
 use crate::session::strike::{t60, usual_impact};
 use crate::session::struck_model::ModelChoice;
 use crate::session::{Progress, StrikeRemark, StruckBody};
+use crate::stages::sound_models::Quality;
 
 /// Most bodies that are kept between groups of strikes: a gigabyte or so.
 const MOST_KEPT: usize = 256;
@@ -51,10 +53,30 @@ pub(super) struct BodySettings {
     pub(super) sample_rate: SampleRate,
 }
 
+/// A defect of the sound model of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodyRemark {
+    /// Its object.
+    pub object: String,
+    /// Its material.
+    pub material: String,
+    /// What there is to say.
+    pub remark: StrikeRemark,
+}
+
+impl fmt::Display for BodyRemark {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\"{}\" of {}: {}", self.object, self.material, self.remark)
+    }
+}
+
 /// Bodies by object and material.
 #[derive(Debug, Default)]
 pub(super) struct StruckBodies {
     kept: BTreeMap<(usize, usize), Kept>,
+    /// Bodies with remarks, which are made once.
+    remarked: BTreeSet<(usize, usize)>,
+    remarks: Vec<BodyRemark>,
     /// Number of the present group of strikes.
     group: u64,
 }
@@ -100,9 +122,40 @@ impl StruckBodies {
             material: material.name.clone(),
             source: Box::new(source),
         })?;
+        self.note(key, (&object.name, &material.name), body.sounding.remarks(), settings);
         let body = Arc::new(body);
         self.kept.insert(key, Kept { body: Arc::clone(&body), group });
         Ok(body)
+    }
+
+    /// Keeps the remarks on a body, but that a draft is one where drafts are asked for: labels say so.
+    fn note(
+        &mut self,
+        key: (usize, usize),
+        (object, material): (&str, &str),
+        remarks: &[StrikeRemark],
+        settings: &BodySettings,
+    ) {
+        let drafts = settings.choice.options.quality == Quality::Draft;
+        let is_news = |remark: &&StrikeRemark| !(drafts && matches!(remark, StrikeRemark::Draft { .. }));
+        if remarks.iter().any(|remark| is_news(&remark)) && self.remarked.insert(key) {
+            self.remarks.extend(remarks.iter().filter(is_news).map(|remark| BodyRemark {
+                object: object.into(),
+                material: material.into(),
+                remark: remark.clone(),
+            }));
+        }
+    }
+
+    /// Adds the remarks on bodies of others.
+    pub(super) fn add_remarks(&mut self, others: StruckBodies) {
+        self.remarked.extend(others.remarked);
+        self.remarks.extend(others.remarks);
+    }
+
+    /// The remarks since the last call.
+    pub(super) fn take_remarks(&mut self) -> Vec<BodyRemark> {
+        std::mem::take(&mut self.remarks)
     }
 }
 

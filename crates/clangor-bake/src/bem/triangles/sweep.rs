@@ -96,6 +96,11 @@ impl TriangleSolver {
         }
         solver
     }
+
+    /// Memory of what systems of many wavenumbers share [bytes].
+    pub(crate) fn table_bytes(&self) -> usize {
+        self.sweep.as_ref().map_or(0, |sweep| EntryTable::bytes(self, &sweep.band))
+    }
 }
 
 impl Sweep {

@@ -23,9 +23,6 @@ const LEAST_EDGE: f64 = 2.0 / 3.0;
 /// Distance of a plane from the grid, in cells, that is not worth smaller cells.
 const CLOSE: f64 = 1e-3;
 
-/// Power of the number of cells that the work grows with.
-const WORK: f64 = 1.5;
-
 /// Places along each axis at which the grid has a plane \[m\].
 pub(crate) type Planes = [Vec<f64>; 3];
 
@@ -43,6 +40,9 @@ pub(crate) struct CellGrid {
 }
 
 impl CellGrid {
+    /// Power of the number of cells, and of nodes, that the work grows with.
+    pub(crate) const WORK: f64 = 1.5;
+
     /// A grid around a surface with cells of an edge \[m\], and planes where the cells allow them.
     pub(crate) fn around(surface: &TriMesh, edge: f64, planes: &Planes) -> Self {
         Self::with_fewest_cells(surface.bounds(), &probes(surface, PROBES * edge), edge, planes)
@@ -60,7 +60,7 @@ impl CellGrid {
                 grid.images[a] = (-grid.origin[a] / edge).round() as usize;
             }
             let parities = planes.iter().filter(|plane| **plane).fold(1.0, |product, _| 2.0 * product);
-            (grid, parities * (grid.cells(&points) as f64).powf(WORK))
+            (grid, parities * (grid.cells(&points) as f64).powf(Self::WORK))
         };
         let some = some.filter(|planes| (0..3).all(|a| mirrors[a] || !planes[a])).map(grid);
         let least = some.fold(grid([false; 3]), |best, next| if next.1 < best.1 { next } else { best });

@@ -46,7 +46,7 @@ pub(super) fn numbered(grid: &CellGrid, basis: &Basis, body: &Parts) -> (Vec<Vec
     let mut share = |pair: [usize; 2], axis: usize, bodies: &mut Sets| {
         bodies.join(pair[0], pair[1]);
         let step = [local * local, local, 1][axis];
-        for k in (0..all).filter(|k| (k / step).is_multiple_of(local)) {
+        for k in on_lower_face(local, axis) {
             nodes.join(pair[0] * all + k + degree * step, pair[1] * all + k);
         }
     };
@@ -88,6 +88,35 @@ pub(super) fn numbered(grid: &CellGrid, basis: &Basis, body: &Parts) -> (Vec<Vec
     let positions =
         distinct.iter().map(|(at, _)| grid.origin + grid.edge * DVec3::from_array(at.map(along))).collect();
     (elements, positions)
+}
+
+/// Whether the body goes on through the mirror plane across each axis at each of so many nodes: a part that
+/// does not meet the plane is not joined to its image.
+pub(super) fn on_mirrors(
+    grid: &CellGrid,
+    basis: &Basis,
+    (body, elements): (&Parts, &[Vec<u32>]),
+    count: usize,
+) -> Vec<[bool; 3]> {
+    let local = basis.degree() + 1;
+    let mut on = vec![[false; 3]; count];
+    for cell in &body.cells {
+        for axis in (0..3).filter(|a| grid.mirrored()[*a] && cell.place[*a] == grid.images[*a]) {
+            let meets = |part: &&usize| cell.lower_section(&body.parts[**part], axis) > ROUNDING;
+            for part in cell.parts.iter().flatten().filter(meets) {
+                for node in on_lower_face(local, axis).map(|k| elements[*part][k]) {
+                    on[node as usize][axis] = true;
+                }
+            }
+        }
+    }
+    on
+}
+
+/// The nodes of a cell on its lower face across an axis.
+fn on_lower_face(local: usize, axis: usize) -> impl Iterator<Item = usize> {
+    let step = [local * local, local, 1][axis];
+    (0..local.pow(3)).filter(move |k| (k / step).is_multiple_of(local))
 }
 
 fn neighbour<'a>(body: &'a Parts, cell: &Cell, axis: usize) -> Option<&'a Cell> {

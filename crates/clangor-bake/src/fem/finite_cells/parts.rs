@@ -20,6 +20,8 @@ const SLIVER: f64 = 0.02;
 /// Largest difference between the filled part of a cell and the sum of its parts.
 const CLOSED: f64 = 1e-9;
 
+/// Sections of the body with the lower and with the upper faces of a cell across the axes.
+type Sections = [[f64; 3]; 2];
 /// A division and the surface of the body in the cell that it divides.
 type Work = (Division, Chain);
 
@@ -33,6 +35,18 @@ pub(super) struct Cell {
     pub(super) parts: Vec<Option<usize>>,
     /// Section of the body with its upper face across each axis, in that of the face.
     pub(super) sections: [f64; 3],
+    /// The same with its lower face.
+    pub(super) lower_sections: [f64; 3],
+}
+
+impl Cell {
+    /// Section of one of its parts with its lower face across an axis, in that of the face.
+    pub(super) fn lower_section(&self, part: &Part, axis: usize) -> f64 {
+        match self.division {
+            Some(_) => face_area(&part.sections, 2 * axis as u8),
+            None => self.lower_sections[axis],
+        }
+    }
 }
 
 /// The body in a cell, or one wall of it.
@@ -85,9 +99,9 @@ impl Parts {
         wall: f64,
     ) -> Result<Self, WrongCell> {
         let moments = cell_moments(surface, grid, basis);
-        let sections = upper_sections(&moments);
-        let mut own: Vec<(CellMoments, [f64; 3])> = Vec::new();
-        let kept = |(cell, _): &(CellMoments, [f64; 3])| grid.keeps(cell.place);
+        let sections = sections(&moments);
+        let mut own: Vec<(CellMoments, Sections)> = Vec::new();
+        let kept = |(cell, _): &(CellMoments, Sections)| grid.keeps(cell.place);
         for (cell, sections) in moments.into_iter().zip(sections).filter(kept) {
             let part = cell.filled();
             if !(-FILLED..=1.0 + FILLED).contains(&part) {
@@ -105,6 +119,7 @@ impl Parts {
             match divided.next().flatten() {
                 Some(found) => all.push_divided(place, sections, found, basis, scale),
                 None => {
+                    let [lower_sections, sections] = sections;
                     let part = all.parts.len();
                     all.parts.push(Part {
                         place,
@@ -112,7 +127,13 @@ impl Parts {
                         weights: scaled(cell.weights(basis), scale.powi(3)),
                         sections: Vec::new(),
                     });
-                    all.cells.push(Cell { place, division: None, parts: vec![Some(part)], sections });
+                    all.cells.push(Cell {
+                        place,
+                        division: None,
+                        parts: vec![Some(part)],
+                        sections,
+                        lower_sections,
+                    });
                 }
             }
         }
@@ -122,7 +143,7 @@ impl Parts {
     fn push_divided(
         &mut self,
         place: [usize; 3],
-        sections: [f64; 3],
+        [lower_sections, sections]: Sections,
         found: DividedCell,
         basis: &Basis,
         edge: f64,
@@ -178,7 +199,7 @@ impl Parts {
         if division.is_none() {
             parts = vec![Some(first)];
         }
-        self.cells.push(Cell { place, division, parts, sections });
+        self.cells.push(Cell { place, division, parts, sections, lower_sections });
     }
 }
 
@@ -193,7 +214,7 @@ fn divided_cells(
     grid: &CellGrid,
     basis: &Basis,
     wall: f64,
-    cells: &[(CellMoments, [f64; 3])],
+    cells: &[(CellMoments, Sections)],
 ) -> Vec<Option<DividedCell>> {
     let Some(faces) = Faces::new(surface, grid, wall) else { return Vec::new() };
     let divisions: Vec<Option<Division>> =
@@ -205,7 +226,7 @@ fn divided_cells(
     let work: Vec<Option<Work>> =
         divisions.into_iter().map(|division| Some((division?, chains.next()?))).collect();
     let (rules, count) = (rules(basis), basis.points().len());
-    let divide = |(work, (cell, _)): (Option<Work>, &(CellMoments, [f64; 3]))| {
+    let divide = |(work, (cell, _)): (Option<Work>, &(CellMoments, Sections))| {
         let (division, chain) = work?;
         let (walls, cuts) = division.parts(&chain);
         let moments = |chain: Chain| (part_moments(cell.place, &chain, &rules, count), chain);
@@ -253,9 +274,9 @@ fn without_slivers(walls: &[(CellMoments, Chain)], ties: &[([usize; 2], CellMome
     first
 }
 
-/// Section of the body with the upper faces of cells, by the theorem of Gauss along each axis.
-fn upper_sections(cells: &[CellMoments]) -> Vec<[f64; 3]> {
-    let mut sections = vec![[0.0; 3]; cells.len()];
+/// Sections of the body with the faces of cells, by the theorem of Gauss along each axis.
+fn sections(cells: &[CellMoments]) -> Vec<Sections> {
+    let mut sections = vec![[[0.0; 3]; 2]; cells.len()];
     for (axis, [second, third]) in [(0, [1, 2]), (1, [2, 0]), (2, [0, 1])] {
         let rest = |k: usize| [cells[k].place[second], cells[k].place[third]];
         let mut order: Vec<usize> = (0..cells.len()).collect();
@@ -263,8 +284,9 @@ fn upper_sections(cells: &[CellMoments]) -> Vec<[f64; 3]> {
         for row in order.chunk_by(|a, b| rest(*a) == rest(*b)) {
             let mut section = 0.0;
             for k in row {
+                sections[*k][0][axis] = section;
                 section -= cells[*k].surface[axis];
-                sections[*k][axis] = section;
+                sections[*k][1][axis] = section;
             }
         }
     }

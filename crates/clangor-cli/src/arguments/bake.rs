@@ -79,8 +79,8 @@ pub(crate) struct Modes {
     /// Poisson's ratio instead of the material's
     #[arg(long, value_name = "NU", value_parser = finite, allow_hyphen_values = true)]
     pub(crate) poisson_ratio: Option<f64>,
-    /// Folder to write the stiffness and mass matrices to: stiffness.mtx and mass.mtx, Matrix Market format; the
-    /// whole body is solved then, without its mirror planes
+    /// Folder to write the stiffness and mass matrices to: stiffness.mtx and mass.mtx, Matrix Market format;
+    /// the whole body is solved then, without its mirror planes
     #[arg(long, value_name = "DIR")]
     pub(crate) export: Option<PathBuf>,
 }

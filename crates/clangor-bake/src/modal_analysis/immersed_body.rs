@@ -496,7 +496,9 @@ mod tests {
         let surface = plate([6, 6], &[[1, 1], [3, 3]], |i, j| [lines[i], lines[j]]);
         assert_eq!(mirror_planes(&surface, 1e-6).len(), 3);
         let [x, y, z] = DVec3::AXES.map(|axis| turn() * axis);
-        for plane in mirror_planes_of_walls(&surface, 1e-5, 2e-4) {
+        let planes = mirror_planes_of_walls(&surface, 1e-5, 2e-4);
+        assert!(!planes.is_empty());
+        for plane in planes {
             // The middle plane and the diagonals are true ones.
             let along = [x, y, z].map(|axis| plane.normal.dot(axis).abs());
             assert!(along[2] > 0.999 || (along[0] - along[1]).abs() < 1e-6, "{along:?}");

@@ -16,6 +16,7 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
+use super::mirror_parities::{MirrorParities, PartNodes};
 use super::mirrored_box::MirroredBox;
 use super::plate_mesh::plate_mesh;
 use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
@@ -28,7 +29,7 @@ use crate::geometry_class::flat_plate::FlatPlate;
 use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::tetrahedra::isosurface_stuffing::{GRID_PER_WALL, StuffingError, stuff, wall_thickness};
 use crate::mesh::tetrahedra::{TetMesh, ball, block};
-use crate::modal_analysis::eigensolver::{ModalError, Mode, solve};
+use crate::modal_analysis::eigensolver::{ModalError, Mode};
 
 /// Elements per shortest wavelength for an error of about 1 %.
 const ELEMENTS_PER_WAVE: f64 = 5.0;
@@ -398,17 +399,8 @@ impl RefinableDiscretization for VolumeFem<'_> {
 
 /// All modes of a system up to a limit \[Hz\].
 fn spectrum(system: &ElasticSystem, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalError> {
-    match solve(system, limit) {
-        Ok(found) => Ok(Spectrum {
-            frequencies: found.modes.iter().map(|m| m.frequency).collect(),
-            first: found.modes.first().map_or(f64::INFINITY, |m| m.frequency),
-            residual: found.residual,
-            modes: found.modes,
-        }),
-        // A finer mesh may have modes in the band.
-        Err(ModalError::Silent { first, .. }) => {
-            Ok(Spectrum { frequencies: Vec::new(), first, residual: 0.0, modes: Vec::new() })
-        }
-        Err(error) => Err(error),
-    }
+    let nodes = PartNodes { places: &[], on_planes: &[] };
+    let Spectrum { frequencies, first, residual, modes } =
+        MirrorParities::default().spectrum(system, nodes, limit)?;
+    Ok(Spectrum { frequencies, first, residual, modes: modes.into_iter().map(|part| part.mode).collect() })
 }

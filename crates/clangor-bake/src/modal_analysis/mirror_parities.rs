@@ -47,8 +47,8 @@ impl MirrorParities {
         (0..3).filter(move |a| self.0[*a])
     }
 
-    /// All modes up to a limit \[Hz\] of the whole, from the free system of the part. Without planes it may be
-    /// held, and the nodes do not matter.
+    /// All modes up to a limit \[Hz\] of the whole, from the free system of the part. Without planes it may
+    /// be held, and the nodes do not matter.
     pub(super) fn spectrum(
         self,
         system: &ElasticSystem,

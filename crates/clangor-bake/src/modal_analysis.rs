@@ -280,8 +280,8 @@ pub fn draft_modal_analysis(
     let choice = geometry.modal_choice().map_err(StuffingError::Input)?;
     match choice {
         ModalChoice::Tetrahedra(surface) | ModalChoice::Cells(surface) => {
+            // Without a search for mirror planes, which takes longer than a few cells.
             let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Draft)?;
-            let body = body.by_mirrors(options.accuracy);
             refined(&body, constants, options, progress).map(|(analysis, _)| analysis)
         }
         other => modal_analysis_by(other, constants, options, progress),

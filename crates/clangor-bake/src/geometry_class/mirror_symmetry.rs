@@ -25,7 +25,7 @@ use num_complex::Complex64;
 /// Largest number of mirrored vertices, of centroids, and of triangles of the quartic form.
 const SAMPLES: usize = 3000;
 /// Largest number of centroids where every face counts.
-const FACES: usize = 60_000;
+const FACES: usize = 20_000;
 /// Relative difference below which moments count as equal.
 const EQUAL: f64 = 2e-3;
 /// Largest residual of a noisy surface, over what the means in patches may be.
@@ -99,15 +99,23 @@ fn mirror_planes_within(mesh: &TriMesh, within: &Within) -> Vec<MirrorPlane> {
         if let Some(residual) = residual(&centred, &tree, normal, within) {
             found.push(MirrorPlane { normal, residual });
         }
+        // Where every face counts, other planes are not worth their time.
+        if within.of_faces && largest_set(&found).len() == 3 {
+            break;
+        }
     }
     // Residuals at rounding level count as equal; the order of the candidates decides.
     let rounding = 1e-9 * centred.bounding_radius(DVec3::ZERO);
     found.sort_by(|a, b| a.residual.max(rounding).total_cmp(&b.residual.max(rounding)));
+    orthogonal(largest_set(&found))
+}
+
+/// Most orthogonal planes, starting from the best plane that has partners.
+fn largest_set(found: &[MirrorPlane]) -> Vec<MirrorPlane> {
     let mut best: Vec<MirrorPlane> = Vec::new();
-    // Largest set of orthogonal planes, starting from the best plane that has a partner.
-    for first in &found {
+    for first in found {
         let mut set = vec![*first];
-        for next in &found {
+        for next in found {
             if set.iter().all(|p| p.normal.dot(next.normal).abs() < 1e-3) {
                 set.push(*next);
             }
@@ -116,7 +124,7 @@ fn mirror_planes_within(mesh: &TriMesh, within: &Within) -> Vec<MirrorPlane> {
             best = set;
         }
     }
-    orthogonal(best)
+    best
 }
 
 /// Makes nearly orthogonal normals exactly so.

@@ -4,7 +4,8 @@
 //! where the moments differ. Equal moments leave a plane or a sphere of directions. There the extrema of the
 //! quartic form Q(d) = ∫ (d·x)⁴ dS and the phases of the moments ∫ (x + iy)^m dS about the distinct axis are
 //! candidates too. The coordinate axes are always candidates. A candidate is accepted if the mirrored
-//! vertices lie on the surface, or are off by noise alone.
+//! surface lies on the surface, or is off by noise alone: its vertices, and points spread over its faces. A
+//! hole whose corners lie on the image of the surface has faces that do not.
 //!
 //! A scan has noise, and triangles that cut off its edges. Half of it and its image stand for the body, so
 //! that the surface moves by half of the distances δ. To first order the change of a field is ∫ δ w dS with
@@ -22,16 +23,20 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
-/// Largest number of mirrored vertices, of centroids, and of triangles of the quartic form.
+/// Largest number of mirrored vertices, and of triangles of the quartic form.
 const SAMPLES: usize = 3000;
-/// Largest number of centroids where every face counts.
-const FACES: usize = 20_000;
+/// Parts of the surface, each with a point of its own; of smaller faces at most as many.
+const PARTS: usize = 20_000;
+/// Most points along the edge of a face.
+const MOST_ALONG: f64 = 100.0;
 /// Relative difference below which moments count as equal.
 const EQUAL: f64 = 2e-3;
 /// Largest residual of a noisy surface, over what the means in patches may be.
 pub const NOISE: f64 = 20.0;
 /// The root of the mean square of all residuals, over the same.
 const ROUGH: f64 = 4.0;
+/// The largest residual between the vertices of a curved surface, over that of the vertices.
+const BETWEEN: f64 = 4.0;
 /// Edge of a patch in bounding radii.
 const PATCH: f64 = 0.25;
 /// Highest order of mirror symmetry about an axis.
@@ -42,16 +47,16 @@ const HIGHEST_FOLD: i32 = 8;
 pub struct MirrorPlane {
     /// Unit normal.
     pub normal: DVec3,
-    /// Largest distance of a mirrored vertex from the surface \[m\].
+    /// Largest distance of a mirrored point from the surface \[m\].
     pub residual: f64,
 }
 
 /// Up to three orthogonal planes of symmetry of a closed surface, the best first; residuals are at most
-/// `tolerance` \[m\].
+/// `tolerance` \[m\] at vertices, and four times as much between them.
 ///
 /// Normals along coordinate axes are exact. A surface that encloses no solid has none.
 pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
-    mirror_planes_within(mesh, &Within { largest: tolerance, mean: 0.0, deepest: 0.0, of_faces: false })
+    mirror_planes_within(mesh, &Within { largest: tolerance, mean: 0.0, deepest: 0.0 })
 }
 
 /// The same for a surface with noise: residuals are at most `tolerance` \[m\]; or their means in patches are
@@ -60,23 +65,19 @@ pub fn mirror_planes(mesh: &TriMesh, tolerance: f64) -> Vec<MirrorPlane> {
 ///
 /// With k times `mean` ≤ 2ε the phase of the sound of a patch changes by less than ε.
 pub fn mirror_planes_in_mean(mesh: &TriMesh, tolerance: f64, mean: f64) -> Vec<MirrorPlane> {
-    let deepest = NOISE * mean;
-    mirror_planes_within(mesh, &Within { largest: tolerance, mean, deepest, of_faces: false })
+    mirror_planes_within(mesh, &Within { largest: tolerance, mean, deepest: NOISE * mean })
 }
 
-/// The same for walls, of which every face counts, where the others look at the vertices of a surface without
-/// noise: a slit or a hole whose corners lie on the image of the surface has faces that do not. All residuals
-/// are at most `tolerance` \[m\]; or their means in patches, they themselves four times as much, and the
-/// largest is at most `deepest` \[m\].
+/// The same for walls: all residuals are at most `tolerance` \[m\]; or their means in patches, they themselves
+/// four times as much, and the largest is at most `deepest` \[m\].
 pub fn mirror_planes_of_walls(mesh: &TriMesh, tolerance: f64, deepest: f64) -> Vec<MirrorPlane> {
-    mirror_planes_within(mesh, &Within { largest: tolerance, mean: tolerance, deepest, of_faces: true })
+    mirror_planes_within(mesh, &Within { largest: tolerance, mean: tolerance, deepest })
 }
 
-/// What residuals may be.
+/// What residuals may be \[m\].
 struct Within {
+    /// Those of vertices without noise.
     largest: f64,
-    /// Whether they are those of all faces, noise or none.
-    of_faces: bool,
     /// Root of the mean square of their means in patches.
     mean: f64,
     /// The largest of noise.
@@ -99,8 +100,8 @@ fn mirror_planes_within(mesh: &TriMesh, within: &Within) -> Vec<MirrorPlane> {
         if let Some(residual) = residual(&centred, &tree, normal, within) {
             found.push(MirrorPlane { normal, residual });
         }
-        // Where every face counts, other planes are not worth their time.
-        if within.of_faces && largest_set(&found).len() == 3 {
+        // A fourth one is not worth its time.
+        if largest_set(&found).len() == 3 {
             break;
         }
     }
@@ -137,9 +138,10 @@ fn orthogonal(planes: Vec<MirrorPlane>) -> Vec<MirrorPlane> {
     result
 }
 
-/// Largest distance of a mirrored vertex from the surface, if the distances are small enough.
+/// Largest distance of a mirrored point from the surface, if the distances are small enough.
 fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) -> Option<f64> {
-    let reach = within.largest.max(within.deepest).next_up();
+    let between = BETWEEN * within.largest;
+    let reach = between.max(within.deepest).next_up();
     let patch = PATCH * mesh.bounding_radius(DVec3::ZERO);
     let image = |point: DVec3| point - 2.0 * point.dot(normal) * normal;
     let place = |image: DVec3| (image / patch).floor().as_i64vec3().to_array();
@@ -159,24 +161,38 @@ fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) 
             distances.add(signed(image, &nearest), place(image));
         }
     }
-    if largest <= within.largest.next_up() && !within.of_faces {
-        return Some(largest);
-    }
-    // Noise: with the centroids, which lie inside of a curved surface where the vertices lie on it.
-    let faces = if within.of_faces { FACES } else { SAMPLES };
-    for t in (0..mesh.triangles.len()).step_by(mesh.triangles.len().div_ceil(faces).max(1)) {
-        let image = image(mesh.centroid(t));
-        let nearest = tree.nearest_where(mesh, image, reach, |_| true)?;
-        distances.add(signed(image, &nearest), place(image));
-        if within.of_faces {
+    let exact = largest <= within.largest.next_up();
+    // Points of the faces; they lie inside of a curved surface where the vertices lie on it.
+    let area = |t: usize| 0.5 * mesh.area_vector(t).length();
+    let part = (0..mesh.triangles.len()).map(area).sum::<f64>() / PARTS as f64;
+    for t in (0..mesh.triangles.len()).step_by(mesh.triangles.len().div_ceil(PARTS)) {
+        let along = (area(t) / part).sqrt().ceil().clamp(1.0, MOST_ALONG) as usize;
+        for point in points_of_face(mesh.corners(t), along) {
+            let image = image(point);
+            let nearest = tree.nearest_where(mesh, image, reach, |_| true)?;
+            distances.add(signed(image, &nearest), place(image));
             largest = largest.max(nearest.distance);
         }
     }
-    if largest <= within.largest.next_up() {
+    if exact && largest <= between.next_up() {
         return Some(largest);
     }
     let is_noise = distances.mean() <= ROUGH * within.mean && distances.mean_of_patches() <= within.mean;
     is_noise.then_some(largest)
+}
+
+/// The centroids of the parts of a triangle, whose edges are divided into `along` equal parts.
+fn points_of_face([a, b, c]: [DVec3; 3], along: usize) -> impl Iterator<Item = DVec3> {
+    let place = move |i: usize, j: usize, third: f64| {
+        let [u, v] = [i, j].map(|k| (k as f64 + third / 3.0) / along as f64);
+        a + u * (b - a) + v * (c - a)
+    };
+    (0..along).flat_map(move |i| {
+        (0..along - i).flat_map(move |j| {
+            let turned = (i + j + 1 < along).then(|| place(i, j, 2.0));
+            [Some(place(i, j, 1.0)), turned].into_iter().flatten()
+        })
+    })
 }
 
 /// Signed distances from a surface \[m\].

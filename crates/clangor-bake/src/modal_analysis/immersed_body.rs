@@ -393,7 +393,7 @@ mod tests {
     use glam::DQuat;
 
     use super::*;
-    use crate::geometry_class::mirror_symmetry::mirror_planes;
+    use crate::geometry_class::mirror_symmetry::{mirror_planes, mirror_planes_in_mean};
 
     fn turn() -> DQuat {
         DQuat::from_scaled_axis(DVec3::new(0.6, 0.9, 0.4))
@@ -494,11 +494,14 @@ mod tests {
     fn holes_without_images_leave_no_planes() {
         let lines = [-30.0, -20.0, -10.0, 10.0, 20.0, 30.0];
         let surface = plate([6, 6], &[[1, 1], [3, 3]], |i, j| [lines[i], lines[j]]);
-        assert_eq!(mirror_planes(&surface, 1e-6).len(), 3);
         let [x, y, z] = DVec3::AXES.map(|axis| turn() * axis);
-        let planes = mirror_planes_of_walls(&surface, 1e-5, 2e-4);
-        assert!(!planes.is_empty());
-        for plane in planes {
+        let planes = [
+            mirror_planes(&surface, 1e-6),
+            mirror_planes_in_mean(&surface, 5e-5, 5e-5),
+            mirror_planes_of_walls(&surface, 1e-5, 2e-4),
+        ];
+        assert!(planes.iter().all(|planes| !planes.is_empty()));
+        for plane in planes.into_iter().flatten() {
             // The middle plane and the diagonals are true ones.
             let along = [x, y, z].map(|axis| plane.normal.dot(axis).abs());
             assert!(along[2] > 0.999 || (along[0] - along[1]).abs() < 1e-6, "{along:?}");

@@ -34,7 +34,8 @@ class EffectiveMasses:
         """Numbers of the joints that move, of bodies that have any."""
         self._unknown: set[int] = set()
         for body in sorted({group.key[0] for group in bodies.bodies}):
-            rows = [pybullet.getJointInfo(body, k, client) for k in range(pybullet.getNumJoints(body, client))]
+            joints = range(pybullet.getNumJoints(body, client))
+            rows = [pybullet.getJointInfo(body, k, client) for k in joints]
             moving = [int(row[0]) for row in rows if row[2] != pybullet.JOINT_FIXED]
             if moving:
                 self._joints[body] = moving

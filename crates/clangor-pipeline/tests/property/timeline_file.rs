@@ -62,6 +62,7 @@ fn contact() -> impl Strategy<Value = ContactRow> {
                     velocity,
                     depth,
                     impact_id,
+                    effective_mass: None,
                 }
             },
         )

@@ -209,6 +209,7 @@ pub(crate) fn row(time: f64) -> ContactRow {
         velocity: DVec3::ZERO,
         depth: 0.0,
         impact_id: 0,
+        effective_mass: None,
     }
 }
 

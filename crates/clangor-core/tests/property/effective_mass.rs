@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId, Motion, Surface};
 use clangor_core::contact::{
-    ContactReport, ContactSettings, ForceShape, ImpactPulse, ModesAtContact, PoseHistory, StruckBodies,
-    impact_pulses_on,
+    ContactError, ContactReport, ContactSettings, ForceShape, ImpactPulse, ModesAtContact, PoseHistory,
+    StruckBodies, impact_pulses_on,
 };
 use clangor_core::glam::{DMat3, DVec3};
 use clangor_core::material::presets;
@@ -157,4 +157,17 @@ fn the_energy_of_the_approach_is_that_of_the_given_mass() {
     let (pulses, _) = pulses(1.0, &[row(place, Some(0.5))], false);
     // Residual seen: 0.
     assert!((pulses[0].approach_energy() - 0.25 * SPEED * SPEED).abs() < 1e-14);
+}
+
+#[test]
+fn impossible_masses_are_errors() {
+    let bodies = bodies(1.0);
+    let poses = PoseHistory::try_new(&bodies, &[]).unwrap();
+    for bad in [0.0, -1.0, f64::INFINITY, f64::NAN, 1e-31, 1e19] {
+        let rows = [row(places()[0][0], Some(bad))];
+        let struck = StruckBodies { bodies: &bodies, poses: &poses, modes: &silent, forces: &[] };
+        let error = impact_pulses_on(struck, &rows, &ContactSettings::default()).unwrap_err();
+        let is_located = matches!(error, ContactError::EffectiveMass { body: 0, time: 0.1, .. });
+        assert!(is_located, "{bad}: {error}");
+    }
 }

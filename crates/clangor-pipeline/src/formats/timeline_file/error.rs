@@ -199,7 +199,10 @@ pub enum RowProblem {
         latest: f64,
     },
     /// An effective mass that cannot be one.
-    #[error("effective_mass is {value}; it must be{}, or null for that of the bodies alone", EFFECTIVE_MASS.expected())]
+    #[error(
+        "effective_mass is {value}; it must be {}, or null for that of the bodies alone",
+        EFFECTIVE_MASS.expected()
+    )]
     EffectiveMass {
         /// The number given \[kg\].
         value: f64,

@@ -118,8 +118,8 @@ impl ContactSide {
         (self.inverse_mass * self.joint_factor, self.inverse_inertia * self.joint_factor)
     }
 
-    /// 1/mᵢ [1/kg] at a `point` [m, world] along the unit `normal` \[world\]: \[PAN\] eq. (9), with the factor
-    /// of joints; 0 if contacts cannot move it.
+    /// 1/mᵢ [1/kg] at a `point` [m, world] along the unit `normal` \[world\]: \[PAN\] eq. (9), with the
+    /// factor of joints; 0 if contacts cannot move it.
     pub fn inverse_effective_mass(&self, point: DVec3, normal: DVec3) -> f64 {
         if !self.is_movable() {
             return 0.0;

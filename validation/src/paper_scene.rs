@@ -199,6 +199,7 @@ impl Stage {
                 velocity: normal * -speed,
                 depth: 0.0,
                 impact_id: i as u64 + 1,
+                effective_mass: None,
             });
         }
         timeline

@@ -97,6 +97,8 @@ pub const THICKNESS: Quantity = Quantity::between(1e-5, 10.0, "m");
 pub const RADIUS: Quantity = Quantity::between(1e-6, 1e3, "m");
 /// Mass of a body that is not infinite.
 pub const MASS: Quantity = Quantity::above(0.0, 1e18, "kg");
+/// Effective mass of two bodies at a contact.
+pub const EFFECTIVE_MASS: Quantity = Quantity::between(1e-30, 1e18, "kg");
 /// Volume of a body.
 pub const VOLUME: Quantity = Quantity::above(0.0, 1e10, "m³");
 /// Duration of a timeline, which may be a long recording.

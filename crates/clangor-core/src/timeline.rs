@@ -64,6 +64,10 @@ pub struct ContactRow {
     pub depth: f64,
     /// Impact id, shared by the rows of one impact; 0 for rows outside impacts.
     pub impact_id: u64,
+    /// Effective mass \[kg\] of A and B against each other along `normal` at the point; `None` for that of
+    /// the bodies alone. Links on joints have a larger one: 1/(nᵀ J M⁻¹ Jᵀ n), with the mass matrix M of the
+    /// joints and the Jacobian J of the relative velocity at the point.
+    pub effective_mass: Option<f64>,
 }
 
 impl ContactRow {

@@ -252,6 +252,7 @@ mod tests {
             velocity: DVec3::NEG_Y * speed,
             depth: 0.0,
             impact_id: 0,
+            effective_mass: None,
         }
     }
 

@@ -44,8 +44,8 @@ impl Timeline {
     }
 
     /// One row per contact point and instant, as columns: `t` [s], `body_a`, `body_b`, `kind`, `impact_id`,
-    /// `impulse_n` [N s], `depth` [m], and `point_x`, `normal_x`, `impulse_t_x`, `couple_x`, `velocity_x`
-    /// with their `_y` and `_z`.
+    /// `impulse_n` [N s], `depth` [m], `effective_mass` [kg] (NaN for that of the bodies alone), and
+    /// `point_x`, `normal_x`, `impulse_t_x`, `couple_x`, `velocity_x` with their `_y` and `_z`.
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let rows = &self.contacts;
@@ -57,6 +57,7 @@ impl Timeline {
         columns.set_item("impact_id", column(py, rows, |row| row.impact_id))?;
         columns.set_item("impulse_n", column(py, rows, |row| row.impulse_n))?;
         columns.set_item("depth", column(py, rows, |row| row.depth))?;
+        columns.set_item("effective_mass", column(py, rows, |row| row.effective_mass.unwrap_or(f64::NAN)))?;
         vector(&columns, "point", rows, |row| row.point)?;
         vector(&columns, "normal", rows, |row| row.normal)?;
         vector(&columns, "impulse_t", rows, |row| row.impulse_t)?;

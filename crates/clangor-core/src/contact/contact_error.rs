@@ -1,5 +1,6 @@
 //! Errors in converting the contacts of a timeline into forces.
 
+use crate::quantity::EFFECTIVE_MASS;
 use crate::timeline::ForceProblem;
 
 /// Error in a timeline whose contacts cannot be converted into forces.
@@ -40,6 +41,19 @@ pub enum ContactError {
         body: u32,
         /// Time of the row \[s\].
         time: f64,
+    },
+    /// An effective mass that cannot be one.
+    #[error(
+        "the contact of body {body} at t = {time} s has the effective mass {mass}; it must be {}",
+        EFFECTIVE_MASS.expected()
+    )]
+    EffectiveMass {
+        /// First body of the row.
+        body: u32,
+        /// Time of the row \[s\].
+        time: f64,
+        /// The number given \[kg\].
+        mass: f64,
     },
     /// Hertz's formula gives no positive, finite duration.
     #[error(

@@ -5,6 +5,9 @@
 //! ```
 //!
 //! r is the contact point from the centre of mass. A body that contacts cannot move has 1/Mᵢ = 0 and I⁻¹ = 0.
+//! Joints make a link heavier than it is alone: where the effective mass m of the pair is given, both sides
+//! have 1/Mᵢ and Iᵢ⁻¹ times one factor, 1/m over Σ 1/mᵢ, in all that makes the force of the impact. Along n
+//! at the point this is exact. Across n and at other points it is an approximation.
 //! A side is plain data, so that a contact of any origin can be described by it: of a timeline, of a strike,
 //! of the physics of a game.
 
@@ -26,6 +29,8 @@ pub struct ContactSide {
     pub inverse_mass: f64,
     /// I⁻¹ about the centre of mass [1/(kg m²)], in the axes of the body.
     pub inverse_inertia: DMat3,
+    /// Factor on both while the force of an impact acts: 1 for a body alone, below 1 for one on joints.
+    pub joint_factor: f64,
     /// (1 − ν²)/E of its material [1/Pa]; 0 if it is rigid.
     pub compliance: f64,
     /// Speed of Rayleigh waves in its material [m/s].
@@ -55,6 +60,7 @@ impl ContactSide {
         pose: Pose::IDENTITY,
         inverse_mass: 0.0,
         inverse_inertia: DMat3::ZERO,
+        joint_factor: 1.0,
         compliance: 0.0,
         rayleigh_speed: f64::INFINITY,
         curvature: DMat3::ZERO,
@@ -74,6 +80,7 @@ impl ContactSide {
             pose,
             inverse_mass,
             inverse_inertia: if inverse_mass > 0.0 { body.inertia.inverse() } else { DMat3::ZERO },
+            joint_factor: 1.0,
             compliance: body.material.contact_compliance(),
             rayleigh_speed: rayleigh_speed(&body.material),
             curvature: DMat3::ZERO,
@@ -105,15 +112,22 @@ impl ContactSide {
         self.inverse_mass > 0.0
     }
 
-    /// 1/mᵢ [1/kg] at a `point` [m, world] along the unit `normal` \[world\]: \[PAN\] eq. (9); 0 if contacts
-    /// cannot move it.
+    /// 1/M [1/kg] and I⁻¹ [1/(kg m²), axes of the body] with which it answers the force of an impact: its own
+    /// ones times the factor of its joints.
+    pub fn answer(&self) -> (f64, DMat3) {
+        (self.inverse_mass * self.joint_factor, self.inverse_inertia * self.joint_factor)
+    }
+
+    /// 1/mᵢ [1/kg] at a `point` [m, world] along the unit `normal` \[world\]: \[PAN\] eq. (9), with the
+    /// factor of joints; 0 if contacts cannot move it.
     pub fn inverse_effective_mass(&self, point: DVec3, normal: DVec3) -> f64 {
         if !self.is_movable() {
             return 0.0;
         }
         let to_body = self.pose.orientation.inverse();
         let lever = self.pose.body_from_world(point).cross(to_body * normal);
-        self.inverse_mass + lever.dot(self.inverse_inertia * lever)
+        let (inverse_mass, inverse_inertia) = self.answer();
+        inverse_mass + lever.dot(inverse_inertia * lever)
     }
 
     /// I⁻¹ L [rad/s, world]: change of the angular velocity by an angular impulse L about the centre of mass
@@ -128,6 +142,11 @@ impl ContactSide {
 pub fn inverse_mass(body: &Body) -> f64 {
     let movable = body.motion.is_movable() && !body.surface.is_plane();
     if movable { 1.0 / body.mass } else { 0.0 }
+}
+
+/// 1/m [1/kg] of two bodies against each other at a `point` [m, world] along the unit `normal` \[world\].
+pub(super) fn inverse_effective_mass(sides: &[ContactSide; 2], point: DVec3, normal: DVec3) -> f64 {
+    sides.iter().map(|side| side.inverse_effective_mass(point, normal)).sum()
 }
 
 /// Speed of Rayleigh waves [m/s], Viktorov's approximation c_s (0.87 + 1.12 ν)/(1 + ν), good to 0.5 %.

@@ -23,7 +23,7 @@ use super::compliant::{
     ContactEnd, ContactLaw, ContactSystem, HertzLaw, MemberContact, SolverMemory, StepSettings,
     restitution_damping,
 };
-use super::contact_side::ContactSide;
+use super::contact_side::{ContactSide, inverse_effective_mass};
 use super::hertz::HertzContact;
 use super::hertz_pulse::centred_spectrum;
 use super::impact_solver::LEAST_MODAL_SHARE;
@@ -104,9 +104,8 @@ pub struct GroupSolver {
 impl GroupContact {
     /// Hertz's contact of the rigid bodies.
     fn hertz(&self) -> HertzContact {
-        let inverse = |side: &ContactSide| side.inverse_effective_mass(self.place, self.normal);
         HertzContact {
-            inverse_mass: self.sides.iter().map(inverse).sum(),
+            inverse_mass: inverse_effective_mass(&self.sides, self.place, self.normal),
             relative_radii: RelativeCurvature::between(&self.sides, self.normal).radii,
             compliance: self.sides.iter().map(|side| side.compliance).sum(),
             speed: self.approach,

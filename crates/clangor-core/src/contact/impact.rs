@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::contact_side::ContactSide;
+use super::contact_side::{ContactSide, inverse_effective_mass};
 use super::hertz::{HertzContact, HertzRange};
 use super::relative_curvature::RelativeCurvature;
 
@@ -90,9 +90,4 @@ impl Impact {
         let deep = range == HertzRange::Within && contact.is_deep();
         (contact, if deep { HertzRange::Deep } else { range })
     }
-}
-
-/// 1/m [1/kg] of two bodies against each other.
-fn inverse_effective_mass(sides: &[ContactSide; 2], point: DVec3, normal: DVec3) -> f64 {
-    sides.iter().map(|side| side.inverse_effective_mass(point, normal)).sum()
 }

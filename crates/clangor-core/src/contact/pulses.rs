@@ -2,7 +2,9 @@
 //!
 //! All points of a merged impact share one duration τ, from the mean point and normal, weighted by normal
 //! impulse, the curvatures weighted likewise, and the approach speed before the first instant, the largest of
-//! its points. Impulses are summed exactly: Σj and Σ (x − x_com) × j.
+//! its points. Impulses are summed exactly: Σj and Σ (x − x_com) × j. Rows with an effective mass scale the
+//! answer of both bodies to the force ([`contact_side`](super::contact_side)), by the mean of their factors,
+//! weighted by normal impulse; a row without one has the factor 1.
 //!
 //! A body that breaks receives the whole pulse that broke it, including the part after its death. The time of
 //! a fracture is known to a time step only, and the impulse has moved the body by then.
@@ -19,7 +21,7 @@ use super::ContactError;
 use super::chain_onset::delay_chains;
 use super::contact_forces::{ForceSettings, contact_forces, recorded_contact_forces};
 use super::contact_points::{contact_points, joined, spread};
-use super::contact_side::{ContactSide, inverse_mass};
+use super::contact_side::{ContactSide, inverse_effective_mass, inverse_mass};
 use super::hertz::HertzRange;
 use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::ImpactPulse;
@@ -276,7 +278,7 @@ fn pulse(
         _ => Some(DVec3::ZERO),
     };
     let relative = |place: DVec3| velocity_of(0, place).zip(velocity_of(1, place)).map(|(a, b)| a - b);
-    let sides = [0, 1].map(side);
+    let sides = on_joints([0, 1].map(side), rows);
     // Their curvatures at the scale of the contact, at its strongest point.
     let one = Touch {
         surfaces: pair.map(|body| body.map(|body| &*body.surface)),
@@ -310,6 +312,19 @@ fn pulse(
     };
     let velocity_before = relative(point);
     Ok(Ok(pulses.into_iter().map(|pulse| ImpactPulse { velocity_before, ..pulse }).collect()))
+}
+
+/// The sides with the factor of their joints that the effective masses of the rows give. Some row pushes.
+fn on_joints(sides: [ContactSide; 2], rows: &[ContactRow]) -> [ContactSide; 2] {
+    if rows.iter().all(|row| row.effective_mass.is_none()) {
+        return sides;
+    }
+    let own = |row: &ContactRow| inverse_effective_mass(&sides, row.point, row.normal);
+    let factor = |row: &ContactRow| row.effective_mass.map_or(1.0, |mass| 1.0 / (mass * own(row)));
+    let pushes = || rows.iter().filter(|row| row.impulse_n > 0.0);
+    let total: f64 = pushes().map(|row| row.impulse_n).sum();
+    let joint_factor = pushes().map(|row| row.impulse_n / total * factor(row)).sum();
+    sides.map(|side| ContactSide { joint_factor, ..side })
 }
 
 /// Mean point and normal of rows with this sum of normal impulses, weighted by them; `strongest` is the

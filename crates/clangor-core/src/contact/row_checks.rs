@@ -1,13 +1,19 @@
-//! Rejects timeline rows of unknown or dead bodies, and rows with numbers that are not finite.
+//! Rejects timeline rows of unknown or dead bodies, rows with numbers that are not finite, and impossible
+//! effective masses.
 
 use super::ContactError;
 use crate::body::{Body, BodyId, Life};
+use crate::quantity::EFFECTIVE_MASS;
 use crate::timeline::ContactRow;
 
-/// Rejects rows of bodies that are unknown or not alive, and numbers that are not finite.
+/// Rejects rows of bodies that are unknown or not alive, numbers that are not finite, and impossible
+/// effective masses.
 pub(super) fn check_row(bodies: &[Body], row: &ContactRow) -> Result<(), ContactError> {
     for id in [row.body_a, row.body_b].into_iter().filter(|id| *id != BodyId::WORLD) {
         check_body(bodies, id, "contact", row.time)?;
+    }
+    if let Some(mass) = row.effective_mass.filter(|mass| !EFFECTIVE_MASS.admits(*mass)) {
+        return Err(ContactError::EffectiveMass { body: row.body_a.0, time: row.time, mass });
     }
     let vectors = [row.point, row.normal, row.impulse_t, row.couple, row.velocity];
     let finite = row.time.is_finite() && row.impulse_n.is_finite() && vectors.iter().all(|v| v.is_finite());

@@ -16,7 +16,7 @@
 use glam::{DMat3, DVec3};
 
 use super::contact_scale::ContactScale;
-use super::contact_side::ContactSide;
+use super::contact_side::{ContactSide, inverse_effective_mass};
 use super::hertz::HertzContact;
 use super::relative_curvature::RelativeCurvature;
 use super::touched_form::TouchedForm;
@@ -77,9 +77,9 @@ impl Spread {
 impl Touch<'_> {
     /// Largest approach d_m \[m\] of two sides at each point; `None` where it is not finite.
     pub(super) fn largest_approach(&self, sides: &[ContactSide; 2]) -> Option<f64> {
-        let inverse = |side: &ContactSide| side.inverse_effective_mass(self.place, self.normal);
+        let inverse = inverse_effective_mass(sides, self.place, self.normal);
         let contact = HertzContact {
-            inverse_mass: sides.iter().map(inverse).sum::<f64>() * self.spread.points as f64,
+            inverse_mass: inverse * self.spread.points as f64,
             relative_radii: RelativeCurvature::between(sides, self.normal).radii,
             compliance: sides.iter().map(|side| side.compliance).sum(),
             speed: self.speed,

@@ -167,9 +167,10 @@ fn tails(side: &ContactSide, modes: &ModesAtContact, contacts: &[(DVec3, f64)]) 
 /// A body of an impact without modes, at rest.
 fn rigid_member(side: &ContactSide) -> Member {
     let turn = DMat3::from_quat(side.pose.orientation);
+    let (inverse_mass, inverse_inertia) = side.answer();
     Member {
-        inverse_mass: side.inverse_mass,
-        inverse_inertia: turn * side.inverse_inertia * turn.transpose(),
+        inverse_mass,
+        inverse_inertia: turn * inverse_inertia * turn.transpose(),
         centre: side.pose.position,
         velocity: DVec3::ZERO,
         angular_velocity: DVec3::ZERO,

@@ -13,6 +13,7 @@ mod sphere_field;
 mod sphere_near_field;
 
 mod compliant;
+mod effective_mass;
 mod field_sound;
 mod fixed_plates;
 mod geometry_mass;

@@ -21,6 +21,7 @@ fn duration_on_rigid_plane(body: Body, speed: f64) -> f64 {
         velocity: DVec3::new(0.3, -speed, 0.0),
         depth: 0.0,
         impact_id: 1,
+        effective_mass: None,
     };
     let bodies = [body];
     let poses = PoseHistory::try_new(&bodies, &[]).unwrap();

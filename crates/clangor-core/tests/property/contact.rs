@@ -33,6 +33,7 @@ fn row(
         velocity: normal * -speed,
         depth: 0.0,
         impact_id,
+        effective_mass: None,
     }
 }
 

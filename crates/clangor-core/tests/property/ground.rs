@@ -104,6 +104,7 @@ fn ground_is_pressed_by_what_falls_on_it() {
         impulse_t: DVec3::X * 0.01,
         couple: DVec3::ZERO,
         depth: 0.0,
+        effective_mass: None,
     };
     // The same seen from the plane.
     let reversed =

@@ -146,6 +146,7 @@ fn row(point: DVec3, normal: DVec3, impulse_n: f64) -> ContactRow {
         velocity: -SPEED * normal,
         depth: 0.0,
         impact_id: 1,
+        effective_mass: None,
     }
 }
 

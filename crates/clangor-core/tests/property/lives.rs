@@ -62,6 +62,7 @@ fn row(kind: ContactKind, time: f64, [a, b]: [u32; 2]) -> ContactRow {
         velocity: if kind == ContactKind::Impact { DVec3::NEG_X } else { DVec3::ZERO },
         depth: 0.0,
         impact_id: 7,
+        effective_mass: None,
     }
 }
 

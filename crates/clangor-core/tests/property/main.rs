@@ -19,6 +19,7 @@ mod compliant_input;
 mod compliant_memory;
 mod contact;
 mod contact_forces;
+mod effective_mass;
 mod geometry_queries;
 mod geometry_solid;
 mod given_mass;

@@ -113,6 +113,7 @@ fn row(time: f64, impulse_n: f64) -> ContactRow {
         velocity: DVec3::ZERO,
         depth: 0.0,
         impact_id: 0,
+        effective_mass: None,
     }
 }
 

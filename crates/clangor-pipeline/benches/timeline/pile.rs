@@ -88,6 +88,7 @@ impl Pile {
                 velocity: pile.vector() * 1e-5,
                 depth: 1e-6 * pile.unit(),
                 impact_id: 0,
+                effective_mass: None,
             };
             pile.contacts.push(row);
         }

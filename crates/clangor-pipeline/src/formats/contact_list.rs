@@ -19,6 +19,8 @@
 //! | `velocity_x` `_y` `_z`, or `speed` | `velocity`, or `speed` | required: relative velocity of A before,
 //! or the speed of approach \[m/s\] |
 //! | `depth` | `depth` | 0 |
+//! | `effective_mass` | `effective_mass` | that of the bodies alone, as for 0 and NaN; above 0 of links on
+//! joints \[kg\] |
 //! | `impact_id` | `impact_id` | a number of its own for each impact, 0 for other kinds |
 //!
 //! Parquet has the columns of CSV. CSV needs a header line; empty lines and lines that begin with `#` are
@@ -285,6 +287,7 @@ struct Entry {
     velocity: [Option<f64>; 3],
     speed: Option<f64>,
     depth: Option<f64>,
+    effective_mass: Option<f64>,
     impact_id: Option<u64>,
 }
 
@@ -353,6 +356,7 @@ impl Entry {
             velocity,
             depth: self.depth.unwrap_or(0.0),
             impact_id: self.impact_id.unwrap_or(0),
+            effective_mass: self.effective_mass.filter(|mass| !mass.is_nan() && *mass != 0.0),
         };
         check_ranges(&row)?;
         Ok((row, self.impact_id.is_some()))
@@ -369,10 +373,11 @@ fn check_ranges(row: &ContactRow) -> Result<(), LineFault> {
     ];
     let numbers =
         [("impulse_n", row.impulse_n, &quantity::IMPULSE), ("depth", row.depth, &quantity::COORDINATE)];
+    let mass = row.effective_mass.map(|mass| ("effective_mass", mass, &quantity::EFFECTIVE_MASS));
     let components = vectors.into_iter().flat_map(|(column, vector, range)| {
         vector.to_array().into_iter().map(move |value| (column, value, range))
     });
-    match components.chain(numbers).find(|(_, value, range)| !range.admits(*value)) {
+    match components.chain(numbers).chain(mass).find(|(_, value, range)| !range.admits(*value)) {
         Some((column, value, range)) => Err(LineFault::Range { column, value, expected: range.expected() }),
         None => Ok(()),
     }

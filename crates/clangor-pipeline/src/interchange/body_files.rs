@@ -120,7 +120,8 @@ pub fn import_contacts(
     let mut notices: Vec<String> = notices.iter().map(ToString::to_string).collect();
     let duration = rows.last().map_or(0.0, |r| r.time).max(loaded.scene.simulation.duration);
     let header = imported_header(loaded, loaded.world.clone(), "contact list", duration, None);
-    let mut writer = TimelineWriter::create(output, &header, replace)?;
+    let has_effective_mass = rows.iter().any(|row| row.effective_mass.is_some());
+    let mut writer = TimelineWriter::create_for_contacts(output, &header, replace, has_effective_mass)?;
     let failed = |source| InterchangeError::Row { path: output.into(), source };
     for row in &rows {
         writer.contact(row).map_err(failed)?;

@@ -163,7 +163,8 @@ fn import_in_memory(
     let keys = world.bodies[loaded.world.bodies.len()..].iter().filter_map(last_of);
     let duration = frames.chain(keys).chain(contacts.iter().map(|row| row.time)).fold(0.0, f64::max);
     let header = imported_header(loaded, world, "recorded motion", duration, step);
-    let mut writer = TimelineWriter::create(output, &header, replace)?;
+    let has_effective_mass = contacts.iter().any(|row| row.effective_mass.is_some());
+    let mut writer = TimelineWriter::create_for_contacts(output, &header, replace, has_effective_mass)?;
     let failed = |source| MotionImportError::Row { path: output.into(), source };
     for row in &contacts {
         writer.contact(row).map_err(failed)?;

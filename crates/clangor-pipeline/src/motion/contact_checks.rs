@@ -10,7 +10,8 @@
 //! | a point off a surface by more than a tolerance | moved to the surface; told |
 //!
 //! An impulse between two bodies is at most (1 + e) m v, with e ≤ 1, their reduced mass m and their speed v.
-//! Where other bodies press on them in the same moments, it is at most that of all that moves.
+//! Where other bodies press on them in the same moments, it is at most that of all that moves. An effective
+//! mass that is given counts where it is the larger one: links on joints are heavier than they are alone.
 
 use std::collections::BTreeSet;
 
@@ -236,8 +237,9 @@ impl Limits {
     fn new(world: &World, rows: &[ListedContact]) -> Self {
         let moving = world.bodies.iter().filter(|body| !matches!(body.motion, Motion::Fixed));
         // A body that keyframes move can give any impulse.
-        let mass: f64 =
+        let bodies: f64 =
             moving.map(|body| if body.motion.is_movable() { body.mass } else { f64::INFINITY }).sum();
+        let mass = rows.iter().filter_map(|listed| listed.row.effective_mass).fold(bodies, f64::max);
         let speed = rows.iter().map(|listed| listed.row.velocity.length()).fold(0.0, f64::max);
         let approaches = rows.iter().filter(|listed| listed.row.velocity.dot(listed.row.normal) < 0.0);
         let approaching = approaches.map(|listed| listed.row.impact_id).collect();
@@ -269,7 +271,8 @@ impl Limits {
                 return all;
             }
         }
-        let mass = pair.map(inverse_mass).iter().sum::<f64>().recip();
+        let alone = pair.map(inverse_mass).iter().sum::<f64>().recip();
+        let mass = row.effective_mass.map_or(alone, |mass| mass.max(alone));
         if speed > 0.0 { (PAIR_MARGIN * 2.0 * mass * speed).min(all) } else { all }
     }
 }

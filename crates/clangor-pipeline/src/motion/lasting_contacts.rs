@@ -339,6 +339,7 @@ fn write(group: &Group, load: &SharedLoad, time: f64, rows: &mut Vec<ContactRow>
                 velocity: a.state.velocity_at(point) - b.state.velocity_at(point),
                 depth: -group.touches[k].gap,
                 impact_id: 0,
+                effective_mass: None,
             }
         };
         rows.extend(pair.contacts.clone().map(row));

@@ -5,7 +5,6 @@
 mod boxes;
 #[path = "../imported_motion/mod.rs"]
 mod imported_motion;
-#[expect(dead_code, reason = "parts of it are for other tests")]
 #[path = "../parquet_columns/mod.rs"]
 mod parquet_columns;
 #[path = "../timelines/mod.rs"]
@@ -17,6 +16,7 @@ mod collision_parts;
 mod contact_list;
 mod damaged_timelines;
 mod datasets;
+mod effective_mass;
 mod exact_forms;
 mod field_plot;
 mod gltf_nodes;

@@ -37,6 +37,7 @@ fn contact() -> impl Strategy<Value = ContactRow> {
         prop::array::uniform4(vector()),
         scalar(),
         prop_oneof![Just(0), any::<u64>()],
+        prop::option::of((1e-6..1e6f32).prop_map(f64::from)),
     )
         .prop_map(
             |(
@@ -48,6 +49,7 @@ fn contact() -> impl Strategy<Value = ContactRow> {
                 [point, impulse_t, couple, velocity],
                 depth,
                 impact_id,
+                effective_mass,
             )| {
                 ContactRow {
                     time,
@@ -62,6 +64,7 @@ fn contact() -> impl Strategy<Value = ContactRow> {
                     velocity,
                     depth,
                     impact_id,
+                    effective_mass,
                 }
             },
         )
@@ -95,7 +98,8 @@ fn check_rounded(read: &ContactRow, written: &ContactRow) -> Result<(), TestCase
     prop_assert!(near(read.impulse(), written.impulse(), 3.0 * impulse * 2f64.powi(-14)));
     prop_assert!(near(read.couple, written.couple, impulse * 2f64.powi(-21)));
     prop_assert!(near(DVec3::X * read.depth, DVec3::X * written.depth, 2f64.powi(-27)));
-    let exact = |r: &ContactRow| (r.time.to_bits(), r.body_a, r.body_b, r.kind, r.impact_id);
+    let exact =
+        |r: &ContactRow| (r.time.to_bits(), r.body_a, r.body_b, r.kind, r.impact_id, r.effective_mass);
     prop_assert_eq!(exact(read), exact(written));
     Ok(())
 }

@@ -128,7 +128,8 @@ pub(crate) fn write(
     header: &TimelineHeader,
     timeline: &Timeline,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let mut writer = TimelineWriter::create(path, header, true)?;
+    let has_effective_mass = timeline.contacts.iter().any(|row| row.effective_mass.is_some());
+    let mut writer = TimelineWriter::create_for_contacts(path, header, true, has_effective_mass)?;
     let mut births = &timeline.births[..];
     for row in &timeline.fractures {
         let (children, later) = births.split_at(row.children as usize);
@@ -209,6 +210,7 @@ pub(crate) fn row(time: f64) -> ContactRow {
         velocity: DVec3::ZERO,
         depth: 0.0,
         impact_id: 0,
+        effective_mass: None,
     }
 }
 

@@ -121,5 +121,6 @@ fn crack_row(crack: &CrackImpulse, time: f64, (body_a, body_b): (BodyId, BodyId)
         velocity: glam::DVec3::ZERO,
         depth: 0.0,
         impact_id: 0,
+        effective_mass: None,
     }
 }

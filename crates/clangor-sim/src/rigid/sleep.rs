@@ -72,6 +72,7 @@ pub(super) fn fall_asleep(
             velocity: body.velocity,
             depth: 0.0,
             impact_id: 0,
+            effective_mass: None,
         };
         log.begin(ContactKind::Sleep);
         log.impulse(Impulse { row, arm_a: DVec3::ZERO, arm_b: DVec3::ZERO });

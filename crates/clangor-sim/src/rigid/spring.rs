@@ -139,6 +139,7 @@ impl Spring {
             velocity,
             depth: 0.0,
             impact_id: 0,
+            effective_mass: None,
         };
         let impulse = row.impulse();
         for (end, (impulse, arm)) in self.ends().zip([(impulse, arms[0]), (-impulse, arms[1])]) {

@@ -64,6 +64,7 @@ impl Impulse {
             velocity,
             depth,
             impact_id: 0,
+            effective_mass: None,
         };
         Impulse { row, arm_a, arm_b }
     }
@@ -195,6 +196,7 @@ impl StepLog {
             velocity,
             depth: 0.0,
             impact_id: 0,
+            effective_mass: None,
         };
         self.begin(ContactKind::Constraint);
         self.impulse(Impulse { row, arm_a, arm_b });

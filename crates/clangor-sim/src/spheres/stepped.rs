@@ -179,6 +179,7 @@ impl Ball {
             velocity: self.velocity,
             depth: 0.0,
             impact_id: 0,
+            effective_mass: None,
         }
     }
 

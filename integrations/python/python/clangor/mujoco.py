@@ -19,7 +19,7 @@ from .material_pairs import Material
 from .mujoco_bodies import Bodies
 from .mujoco_contacts import Contacts, GeomPush
 from .mujoco_restitution import hear_as
-from .recorded_run import Push, RecordedRun
+from .recorded_run import Push, RecordedRun, State
 from .recording import Recording
 
 __all__ = ["Recorder", "hear_as"]
@@ -63,16 +63,19 @@ class Recorder(RecordedRun):
         before = {body.name: self._bodies.state(body) for body in self._bodies.bodies}
         if self._joints.there:
             self._joints.start()
-        pushes = [found for push in self._contacts.step(self.data) for found in self._between(push)]
+        pushes = [found for push in self._contacts.step(self.data) for found in self._between(push, before)]
         self._bodies.read(self.data)
         after = {body.name: self._bodies.state(body) for body in self._moving}
         self._add_step(time, pushes, before, after)
 
-    def _between(self, push: GeomPush) -> list[Push]:
-        """The contact of recorded bodies of which one moves, if it is one."""
+    def _between(self, push: GeomPush, before: Mapping[str, State]) -> list[Push]:
+        """The contact of recorded bodies of which one moves, if it is one; positions are of its start."""
         a, b = (self._bodies.of_geom.get(g) for g in (push.second, push.first))
         if a is None or b is None or not (a.root or b.root):
             return []
-        if a.root:
-            return [Push(a.name, b.name, push.point, push.normal, push.impulse)]
-        return [Push(b.name, a.name, push.point, -push.normal, -push.impulse)]
+        found = Push(a.name, b.name, push.point, push.normal, push.impulse)
+        if not a.root:
+            found = Push(b.name, a.name, push.point, -push.normal, -push.impulse)
+        if self._bodies.on_joints(a, b) and self._may_begin(found, before):
+            found.mass = self._bodies.effective_mass(a, b, push.point, push.normal)
+        return [found]

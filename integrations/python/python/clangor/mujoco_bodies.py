@@ -18,6 +18,7 @@ import numpy as np
 
 from .joint_impulses import Joints, Link
 from .material_pairs import Material, check_material
+from .mujoco_effective_mass import effective_mass, on_joints
 from .mujoco_shapes import geom_surface, union_surface
 from .recorded_run import State
 from .recording import BodyShape, Floats, cross
@@ -46,6 +47,7 @@ class Bodies:
     def __init__(self, model: Any, data: Any, materials: Mapping[str, Material], folder: Path) -> None:
         self.model = model
         self._copy = mujoco.MjData(model)
+        self._on_joints = on_joints(model)
         self._groups: dict[int, list[int]] = {}
         self.read(data)
         self.bodies: list[RigidBody] = []
@@ -95,6 +97,14 @@ class Bodies:
             parent = int(m.body_weldid[m.body_parentid[root]])
             links.append(Link(root, parent, mass, self._free(root)))
         return Joints(links, names, self._velocity, self._anchor)
+
+    def on_joints(self, a: RigidBody, b: RigidBody) -> bool:
+        """Whether one of two bodies is on joints."""
+        return self._on_joints[a.root] or self._on_joints[b.root]
+
+    def effective_mass(self, a: RigidBody, b: RigidBody, point: Floats, normal: Floats) -> float | None:
+        """Effective mass [kg] of two bodies along `normal` at `point` [m], in the positions last read."""
+        return effective_mass(self.model, self._copy, (a.root, b.root), point, normal)
 
     def state(self, body: RigidBody) -> State:
         """State as last read."""

@@ -17,8 +17,9 @@ import pybullet  # type: ignore[import-not-found]
 
 from .material_pairs import Material
 from .pybullet_bodies import Bodies, Key
+from .pybullet_effective_mass import EffectiveMasses
 from .pybullet_restitution import hear_as
-from .recorded_run import Push, RecordedRun
+from .recorded_run import Push, RecordedRun, State
 from .recording import Recording
 
 __all__ = ["Recorder", "hear_as"]
@@ -43,6 +44,7 @@ class Recorder(RecordedRun):
         gravity = np.array([world[f"gravityAcceleration{axis}"] for axis in "XYZ"], float)
         self._bodies = Bodies(client, materials, Path(self._folder.name))
         self._joints = self._bodies.joints()
+        self._masses = EffectiveMasses(client, self._bodies)
         self._reach = {body.name: body.reach for body in self._bodies.bodies}
         self._material = {shape.name: shape.material for shape in self._bodies.shapes}
         self._moving = [body for body in self._bodies.bodies if body.moving]
@@ -57,13 +59,15 @@ class Recorder(RecordedRun):
         self._bodies.read()
         before = {body.name: self._bodies.state(body) for body in self._bodies.bodies}
         self._joints.start()
+        self._masses.start()
         pybullet.stepSimulation(self.client)
         self._bodies.read()
         after = {body.name: self._bodies.state(body) for body in self._moving}
         rows = pybullet.getContactPoints(physicsClientId=self.client)
-        self._add_step(time, [push for row in rows for push in self._between(row)], before, after)
+        pushes = [push for row in rows for push in self._between(row, before)]
+        self._add_step(time, pushes, before, after)
 
-    def _between(self, row: Any) -> list[Push]:
+    def _between(self, row: Any, before: Mapping[str, State]) -> list[Push]:
         """The contact of recorded bodies of which one moves, if it is one."""
         a, b = (self._bodies.of_link.get((row[k], row[k + 2])) for k in (1, 2))
         if a is None or b is None or not (a.name and b.name and (a.moving or b.moving)):
@@ -71,6 +75,9 @@ class Recorder(RecordedRun):
         normal = np.array(row[7])
         along = np.array(row[11]) * row[10] + np.array(row[13]) * row[12]
         impulse = (normal * row[9] + along) * self.dt
-        if a.moving:
-            return [Push(a.name, b.name, np.array(row[5]), normal, impulse)]
-        return [Push(b.name, a.name, np.array(row[6]), -normal, -impulse)]
+        found = Push(a.name, b.name, np.array(row[5]), normal, impulse)
+        if not a.moving:
+            found = Push(b.name, a.name, np.array(row[6]), -normal, -impulse)
+        if found.impulse @ found.normal > 0.0 and self._may_begin(found, before):
+            found.mass = self._masses.of((a, b), found.point, normal, before)
+        return [found]

@@ -155,6 +155,15 @@ class Bodies:
         away = turn @ group.centre
         return State(place + away, turn @ group.axes, velocity + cross(spin, away), spin)
 
+    def base(self, body: int) -> tuple[Floats, Floats]:
+        """Place [m] and axes of the inertial frame of the base of a body, as last read."""
+        place, turn, _, _ = self._raw[body, -1]
+        return place, turn
+
+    def anchors(self) -> dict[tuple[int, int], Floats]:
+        """Place [m] of the frame of every root on a joint, as last read."""
+        return dict(self._anchors)
+
     def joints(self) -> Joints:
         """The joints of all moving bodies, recorded or not."""
         names: dict[Hashable, str] = {group.key: group.name for group in self.bodies}

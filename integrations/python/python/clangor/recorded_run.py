@@ -25,13 +25,17 @@ __all__ = ["Push", "RecordedRun", "State"]
 
 @dataclass
 class Push:
-    """Impulse [N s] of one contact on `a`, which moves, at a point [m]; the normal points to it from `b`."""
+    """Impulse [N s] of one contact on `a`, which moves, at a point [m]; the normal points to it from `b`.
+
+    `mass` [kg] is the effective mass of both along the normal, where one is on joints.
+    """
 
     a: str
     b: str
     point: Floats
     normal: Floats
     impulse: Floats
+    mass: float | None = None
 
 
 @dataclass
@@ -98,10 +102,15 @@ class RecordedRun:
             sizes = float(np.linalg.norm(rest[name])), float(np.linalg.norm(change[name]))
             self.ledger.append((time, name, *sizes))
 
+    def _may_begin(self, push: Push, before: Mapping[str, State]) -> bool:
+        """Whether an impact may begin with this load, by its speed of approach."""
+        speed = before[push.a].velocity_at(push.point) - before[push.b].velocity_at(push.point)
+        return -float(speed @ push.normal) >= self._touches.approach
+
     def _load(self, push: Push, time: float, before: Mapping[str, State], mass: float) -> Load:
         a, b, point, dt = push.a, push.b, push.point, self.recording.step
         speed = before[a].velocity_at(point) - before[b].velocity_at(point)
-        impact = Impact(time, a, b, point, push.normal, push.impulse, speed, dt)
+        impact = Impact(time, a, b, point, push.normal, push.impulse, speed, dt, mass=push.mass)
         local = before[a].rotation.T @ (point - before[a].place)
         weight = mass * float(np.linalg.norm(self.recording.gravity)) * dt
         return Load((a, b), impact, local, 0.5 * self._reach[a], weight)

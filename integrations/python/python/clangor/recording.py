@@ -35,7 +35,11 @@ class Impact:
     Without a number it is the load of one step; at a joint (`joint`), the normal is 0 and `b` may be the
     world.
 
-    Units: `time` and `window` s, `point` m, `impulse` N s (on a), `velocity` m/s (a against b, before).
+    `mass` is the effective mass of the pair along the normal, where one is on joints; None: of the bodies
+    alone.
+
+    Units: `time` and `window` s, `point` m, `impulse` N s (on a), `velocity` m/s (a against b, before),
+    `mass` kg.
     """
 
     time: float
@@ -48,6 +52,7 @@ class Impact:
     window: float
     number: int = 0
     joint: bool = False
+    mass: float | None = None
 
 
 @dataclass
@@ -230,6 +235,9 @@ def _contacts(recording: Recording, index: dict[str, int]) -> Any:
         "depth": np.zeros(len(rows), np.float32),
         "impact_id": np.array([i.number for i in rows], np.uint64),
     }
+    masses = [i.mass if i.number else None for i in rows]
+    if any(mass is not None for mass in masses):
+        columns["effective_mass"] = np.array(masses, np.float32)  # NaN for None
     across = [up(i.impulse - n * i.normal) for i, n in zip(rows, along)]
     vectors = {
         "point": ("xyz", [up(i.point) for i in rows]),

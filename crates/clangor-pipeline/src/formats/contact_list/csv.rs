@@ -18,10 +18,11 @@ pub(super) enum Column {
     Velocity(usize),
     Speed,
     Depth,
+    EffectiveMass,
     ImpactId,
 }
 
-pub(super) const COLUMNS: [(&str, Column); 23] = [
+pub(super) const COLUMNS: [(&str, Column); 24] = [
     ("t", Column::Time),
     ("body_a", Column::BodyA),
     ("body_b", Column::BodyB),
@@ -44,6 +45,7 @@ pub(super) const COLUMNS: [(&str, Column); 23] = [
     ("velocity_z", Column::Velocity(2)),
     ("speed", Column::Speed),
     ("depth", Column::Depth),
+    ("effective_mass", Column::EffectiveMass),
     ("impact_id", Column::ImpactId),
 ];
 
@@ -104,6 +106,11 @@ pub(super) fn parse_entry(columns: &[(&'static str, Column)], values: &[String])
             Column::Velocity(axis) => entry.velocity[axis] = Some(number()?),
             Column::Speed => entry.speed = Some(number()?),
             Column::Depth => entry.depth = Some(number()?),
+            // Tables write NaN for none.
+            Column::EffectiveMass => {
+                let mass = text.parse().ok().filter(|v: &f64| !v.is_infinite()).ok_or_else(wrong)?;
+                entry.effective_mass = Some(mass);
+            }
             Column::ImpactId => entry.impact_id = Some(text.parse().map_err(|_| wrong())?),
         }
     }

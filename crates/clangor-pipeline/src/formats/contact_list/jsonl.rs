@@ -19,6 +19,7 @@ struct Fields {
     velocity: Option<[f64; 3]>,
     speed: Option<f64>,
     depth: Option<f64>,
+    effective_mass: Option<f64>,
     impact_id: Option<u64>,
 }
 
@@ -65,6 +66,7 @@ fn entry(fields: Fields) -> Entry {
         velocity: vector(fields.velocity),
         speed: fields.speed,
         depth: fields.depth,
+        effective_mass: fields.effective_mass,
         impact_id: fields.impact_id,
     }
 }

@@ -1,6 +1,7 @@
 //! The columns of the tables: each ties a name and a type in the file to a field of a row.
 
 use clangor_core::body::{BodyId, Life};
+use clangor_core::quantity::EFFECTIVE_MASS;
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, PoseRow};
 use glam::{DQuat, DVec3};
 
@@ -17,6 +18,16 @@ pub(super) struct Column<R> {
 const FORMER_NAMES: &[(&str, &str)] = &[("blow_energy", "impact_energy")];
 
 impl<R> Column<R> {
+    /// Whether a table may lack it.
+    pub(super) fn is_optional(&self) -> bool {
+        matches!(self.field, Field::OptionalF32(..))
+    }
+
+    /// Whether a row has a value that a table without this optional column would lose.
+    pub(super) fn is_needed_by(&self, row: &R) -> bool {
+        matches!(self.field, Field::OptionalF32(get, _) if get(row).is_some())
+    }
+
     /// Whether a column of a file is this one, under its name or the one that it had before.
     pub(super) fn is_named(&self, found: &str) -> bool {
         found == self.name || FORMER_NAMES.contains(&(found, self.name))
@@ -27,6 +38,8 @@ impl<R> Column<R> {
 pub(super) enum Field<R> {
     F64(fn(&R) -> f64, fn(&mut R, f64)),
     F32(fn(&R) -> f64, fn(&mut R, f64)),
+    /// A 32-bit float that a row, or the whole table, may lack; 0 and NaN are read as none.
+    OptionalF32(fn(&R) -> Option<f64>, fn(&mut R, Option<f64>)),
     U32(fn(&R) -> u32, fn(&mut R, u32)),
     U64(fn(&R) -> u64, fn(&mut R, u64)),
     /// The kind of a contact; setting it fails for a code that is none.
@@ -63,6 +76,9 @@ macro_rules! double {
 
 pub(super) use {double, float};
 
+/// The optional column of contacts.
+pub(super) const EFFECTIVE_MASS_COLUMN: &str = "effective_mass";
+
 /// How far a stored unit vector may be from length 1: f32 rounding is 1e-7, the rest is for hand-made tables.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
@@ -97,6 +113,10 @@ impl TableRow for ContactRow {
             float!("velocity_z", velocity.z),
             float!("depth", depth),
             Column { name: "impact_id", field: Field::U64(|r| r.impact_id, |r, v| r.impact_id = v) },
+            Column {
+                name: EFFECTIVE_MASS_COLUMN,
+                field: Field::OptionalF32(|r| r.effective_mass, |r, v| r.effective_mass = v),
+            },
         ]
     }
 
@@ -113,6 +133,7 @@ impl TableRow for ContactRow {
         velocity: DVec3::ZERO,
         depth: 0.0,
         impact_id: 0,
+        effective_mass: None,
     };
 
     fn time(&self) -> f64 {
@@ -127,6 +148,9 @@ impl TableRow for ContactRow {
         check_alive("body_a", self.body_a, self.time, lives)?;
         if self.body_b != BodyId::WORLD {
             check_alive("body_b", self.body_b, self.time, lives)?;
+        }
+        if let Some(value) = self.effective_mass.filter(|mass| !EFFECTIVE_MASS.admits(*mass)) {
+            return Err(RowProblem::EffectiveMass { value });
         }
         // A link has no surface and need not have a normal.
         if self.kind == ContactKind::Constraint && self.normal == DVec3::ZERO {

@@ -3,6 +3,7 @@
 use std::io;
 use std::path::PathBuf;
 
+use clangor_core::quantity::EFFECTIVE_MASS;
 use clangor_core::timeline::ForceProblem;
 
 use super::header::{FORMAT_VERSION, OLDEST_VERSION};
@@ -196,6 +197,21 @@ pub enum RowProblem {
         time: f64,
         /// Latest time before it \[s\].
         latest: f64,
+    },
+    /// An effective mass that cannot be one.
+    #[error(
+        "effective_mass is {value}; it must be {}, or null for that of the bodies alone",
+        EFFECTIVE_MASS.expected()
+    )]
+    EffectiveMass {
+        /// The number given \[kg\].
+        value: f64,
+    },
+    /// A value in a column that the table was not given.
+    #[error("{column} has a value, but the table was created without this column")]
+    NoColumn {
+        /// The column.
+        column: &'static str,
     },
     /// A kind of contact that is unknown.
     #[error("kind {code} is unknown; 0 impact, 1 contact, 2 constraint, 3 fracture, 4 sleep")]

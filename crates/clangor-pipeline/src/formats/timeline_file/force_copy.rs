@@ -22,7 +22,9 @@ impl TimelineReader {
         folder: &Path,
         replace: bool,
     ) -> Result<TimelineSummary, TimelineError> {
-        let mut writer = TimelineWriter::create(folder, self.header(), replace)?;
+        let has_effective_mass = self.has_effective_mass()?;
+        let mut writer =
+            TimelineWriter::create_for_contacts(folder, self.header(), replace, has_effective_mass)?;
         let mut births = self.births();
         for fracture in self.fractures() {
             let (pieces, later) = births.split_at((fracture.children as usize).min(births.len()));

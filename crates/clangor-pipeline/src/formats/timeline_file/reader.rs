@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::{Body, Life};
 use clangor_core::timeline::{ContactRow, ForceRow, FractureRow, PoseRow, Timeline};
 
-use super::columns::TableRow;
+use super::columns::{EFFECTIVE_MASS_COLUMN, TableRow};
 use super::description::decode;
 use super::error::{RowProblem, TimelineError};
 use super::files::{CONTACTS_FILE, DESCRIPTION_FILE, FORCES_FILE, FRACTURES_FILE, POSES_FILE, SAMPLES_FILE};
@@ -117,6 +117,13 @@ impl TimelineReader {
         &self,
     ) -> Result<impl Iterator<Item = Result<ContactRow, TimelineError>> + use<>, TimelineError> {
         self.table::<ContactRow>(CONTACTS_FILE, self.rows.contacts, self.header.origin.order_slack())
+    }
+
+    /// Whether the table of contacts has effective masses.
+    pub(super) fn has_effective_mass(&self) -> Result<bool, TimelineError> {
+        let slack = self.header.origin.order_slack();
+        let contacts = self.table::<ContactRow>(CONTACTS_FILE, self.rows.contacts, slack)?;
+        Ok(contacts.table.has_column(EFFECTIVE_MASS_COLUMN))
     }
 
     /// The poses, in the order in which they were written.

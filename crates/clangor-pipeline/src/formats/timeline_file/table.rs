@@ -39,7 +39,7 @@ fn parquet_type<R>(field: &Field<R>) -> (Physical, Option<LogicalType>, &'static
     let unsigned = |bit_width| Some(LogicalType::integer(bit_width, false));
     match field {
         Field::F64(..) => (Physical::DOUBLE, None, "a 64-bit float"),
-        Field::F32(..) => (Physical::FLOAT, None, "a 32-bit float"),
+        Field::F32(..) | Field::OptionalF32(..) => (Physical::FLOAT, None, "a 32-bit float"),
         Field::U32(..) => (Physical::INT32, unsigned(32), "a 32-bit integer"),
         Field::Kind(..) => (Physical::INT32, unsigned(8), "an integer of at most 32 bits"),
         Field::U64(..) => (Physical::INT64, unsigned(64), "a 64-bit integer"),

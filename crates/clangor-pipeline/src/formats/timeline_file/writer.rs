@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::{Body, Life};
 use clangor_core::timeline::{ContactRow, ForceRow, FractureRow, PoseRow, TimelineSink};
 
+use super::columns::EFFECTIVE_MASS_COLUMN;
 use super::description::Description;
 use super::description::decode::check_json;
 use super::description::encode::describe;
@@ -48,6 +49,31 @@ impl TimelineWriter {
     /// # Errors
     /// [`TimelineError`] if the place cannot be written.
     pub fn create(path: &Path, header: &TimelineHeader, replace: bool) -> Result<Self, TimelineError> {
+        Self::create_with(path, header, replace, &[])
+    }
+
+    /// As [`TimelineWriter::create`], for contacts some of which have an effective mass if
+    /// `has_effective_mass`. Without, such a row is an error.
+    ///
+    /// # Errors
+    /// [`TimelineError`] if the place cannot be written.
+    pub fn create_for_contacts(
+        path: &Path,
+        header: &TimelineHeader,
+        replace: bool,
+        has_effective_mass: bool,
+    ) -> Result<Self, TimelineError> {
+        let optional: &[&str] = if has_effective_mass { &[EFFECTIVE_MASS_COLUMN] } else { &[] };
+        Self::create_with(path, header, replace, optional)
+    }
+
+    /// With these optional columns of contacts.
+    fn create_with(
+        path: &Path,
+        header: &TimelineHeader,
+        replace: bool,
+        optional: &[&str],
+    ) -> Result<Self, TimelineError> {
         let folder = AtomicFolder::create(path, replace, DESCRIPTION_FILE)?;
         let (description, meshes) = describe(header);
         let description_file = folder.path().join(DESCRIPTION_FILE);
@@ -56,7 +82,8 @@ impl TimelineWriter {
         check_json(&description_file, &text)?;
         let lives: Vec<Life> = header.world.bodies.iter().map(|body| body.life).collect();
         let slack = header.origin.order_slack();
-        let contacts = TableWriter::create(&folder.path().join(CONTACTS_FILE), lives.clone(), slack)?;
+        let path = folder.path().join(CONTACTS_FILE);
+        let contacts = TableWriter::create_with(&path, lives.clone(), slack, optional)?;
         let poses = TableWriter::create(&folder.path().join(POSES_FILE), lives.clone(), slack)?;
         let mut writer = TimelineWriter {
             folder,

@@ -78,6 +78,7 @@ impl Event {
                     velocity: relative,
                     depth: -gap,
                     impact_id,
+                    effective_mass: None,
                 }
             }));
         }

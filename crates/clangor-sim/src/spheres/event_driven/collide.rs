@@ -374,6 +374,7 @@ impl Engine {
                     velocity: impulse_pair.velocity,
                     depth,
                     impact_id: 0,
+                    effective_mass: None,
                 });
             }
             if rows.is_empty() {

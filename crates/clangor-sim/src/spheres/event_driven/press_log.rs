@@ -96,6 +96,7 @@ impl Engine {
             velocity: velocity - normal * (normal.dot(velocity) + press.closing),
             depth: press.depth.max(0.0),
             impact_id: 0,
+            effective_mass: None,
         }
     }
 

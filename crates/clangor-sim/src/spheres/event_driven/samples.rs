@@ -180,5 +180,6 @@ fn empty_row(kind: ContactKind, body_a: BodyId, body_b: BodyId, normal: DVec3) -
         velocity: DVec3::ZERO,
         depth: 0.0,
         impact_id: 0,
+        effective_mass: None,
     }
 }

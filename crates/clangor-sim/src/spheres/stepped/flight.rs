@@ -186,6 +186,7 @@ impl Stepped {
             velocity,
             depth,
             impact_id: 0,
+            effective_mass: None,
         };
         let moving = ends.map(|ball| ball.filter(|ball| self.balls[*ball].free));
         let poses: Vec<PoseRow> = moving.into_iter().flatten().map(|ball| self.pose_row(ball, at)).collect();

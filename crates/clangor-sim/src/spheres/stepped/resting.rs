@@ -279,6 +279,7 @@ impl Stepped {
                 velocity: one.velocity - velocity - spin.cross(contact.normal),
                 depth: self.normal(contact.a, pair.b).1,
                 impact_id: 0,
+                effective_mass: None,
             };
             recorder.contact(&[row], &[])?;
         }

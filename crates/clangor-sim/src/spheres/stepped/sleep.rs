@@ -104,6 +104,7 @@ impl Stepped {
             velocity: ball.velocity,
             depth: 0.0,
             impact_id: 0,
+            effective_mass: None,
         }
     }
 }

@@ -64,9 +64,12 @@ impl<R: TableRow> TableReader<R> {
         let metadata = file.metadata().file_metadata();
         let in_file = metadata.schema_descr();
         let mut places = Vec::new();
-        let columns = R::columns();
+        let find =
+            |column: &Column<R>| in_file.columns().iter().position(|c| column.is_named(&c.path().string()));
+        let is_there = |column: &Column<R>| !column.is_optional() || find(column).is_some();
+        let columns: Vec<Column<R>> = R::columns().into_iter().filter(is_there).collect();
         for column in &columns {
-            let place = in_file.columns().iter().position(|c| column.is_named(&c.path().string()));
+            let place = find(column);
             let place =
                 place.ok_or(TimelineError::MissingColumn { path: path.into(), column: column.name })?;
             let found = in_file.column(place);
@@ -105,6 +108,11 @@ impl<R: TableRow> TableReader<R> {
     /// The rows read last.
     pub(in crate::formats::timeline_file) fn block(&self) -> &[R] {
         &self.block
+    }
+
+    /// Whether the table has the optional column of this name.
+    pub(in crate::formats::timeline_file) fn has_column(&self, name: &str) -> bool {
+        self.columns.iter().any(|column| column.name == name)
     }
 
     /// Reads the next rows; none at the end and after an error.
@@ -200,6 +208,17 @@ fn fill<R: TableRow>(
                 set(row, f64::from(*value));
             }
         }
+        (Field::OptionalF32(_, set), ColumnReader::FloatColumnReader(reader)) => {
+            read_present(name, reader, rows, f32, levels)?;
+            let mut values = f32.iter();
+            for (index, row) in block.iter_mut().enumerate() {
+                // A required column has no levels.
+                let is_null = levels.get(index) == Some(&0);
+                let value = if is_null { None } else { values.next().copied() };
+                let value = value.filter(|value| !value.is_nan() && *value != 0.0);
+                set(row, value.map(f64::from));
+            }
+        }
         (Field::U32(_, set), ColumnReader::Int32ColumnReader(reader)) => {
             read_values(name, reader, rows, i32, levels)?;
             for (row, value) in block.iter_mut().zip(&*i32) {
@@ -237,15 +256,26 @@ fn read_values<T: DataType>(
     values: &mut Vec<T::T>,
     levels: &mut Vec<i16>,
 ) -> Result<(), Fault> {
+    if read_present(column, reader, rows, values, levels)? != rows {
+        let index = levels.iter().position(|level| *level == 0).unwrap_or(0);
+        return Err(Fault::Row(index, RowProblem::Null { column }));
+    }
+    Ok(())
+}
+
+/// Reads the values of `rows` rows that are not null, and how many these are.
+fn read_present<T: DataType>(
+    column: &'static str,
+    reader: &mut ColumnReaderImpl<T>,
+    rows: usize,
+    values: &mut Vec<T::T>,
+    levels: &mut Vec<i16>,
+) -> Result<usize, Fault> {
     values.clear();
     levels.clear();
     let (records, present, _) = reader.read_records(rows, Some(levels), None, values)?;
     if records != rows {
         return Err(ParquetError::General(format!("column {column} is shorter than others")).into());
     }
-    if present != rows {
-        let index = levels.iter().position(|level| *level == 0).unwrap_or(0);
-        return Err(Fault::Row(index, RowProblem::Null { column }));
-    }
-    Ok(())
+    Ok(present)
 }

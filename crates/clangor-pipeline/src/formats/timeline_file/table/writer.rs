@@ -30,6 +30,8 @@ const ZSTD_LEVEL: i32 = 3;
 enum Values {
     F64(Vec<f64>),
     F32(Vec<f32>),
+    /// The values that are there, and for each row 1 or 0 for none.
+    OptionalF32(Vec<f32>, Vec<i16>),
     I32(Vec<i32>),
     I64(Vec<i64>),
 }
@@ -39,6 +41,8 @@ pub(in crate::formats::timeline_file) struct TableWriter<R: TableRow> {
     path: PathBuf,
     file: SerializedFileWriter<BufWriter<HashedFile>>,
     columns: Vec<Column<R>>,
+    /// Optional columns that the file does not have.
+    left_out: Vec<Column<R>>,
     block: Vec<R>,
     values: Vec<Values>,
     grouped: usize,
@@ -48,13 +52,24 @@ pub(in crate::formats::timeline_file) struct TableWriter<R: TableRow> {
 }
 
 impl<R: TableRow> TableWriter<R> {
-    /// Creates the file. `slack` is how far rows may be out of order \[s\].
+    /// Creates the file, without optional columns. `slack` is how far rows may be out of order \[s\].
     pub(in crate::formats::timeline_file) fn create(
         path: &Path,
         lives: Vec<Life>,
         slack: f64,
     ) -> Result<Self, TimelineError> {
-        let columns = R::columns();
+        Self::create_with(path, lives, slack, &[])
+    }
+
+    /// Creates the file with these optional columns.
+    pub(in crate::formats::timeline_file) fn create_with(
+        path: &Path,
+        lives: Vec<Life>,
+        slack: f64,
+        optional: &[&str],
+    ) -> Result<Self, TimelineError> {
+        let is_kept = |column: &Column<R>| !column.is_optional() || optional.contains(&column.name);
+        let (columns, left_out): (Vec<_>, Vec<_>) = R::columns().into_iter().partition(is_kept);
         let level = ZstdLevel::try_new(ZSTD_LEVEL).map_err(|e| parquet_error(path, &e))?;
         let mut properties = WriterProperties::builder()
             .set_compression(Compression::ZSTD(level))
@@ -65,7 +80,7 @@ impl<R: TableRow> TableWriter<R> {
             .set_data_page_size_limit(8 * PAGE_ROWS);
         for column in &columns {
             let path = ColumnPath::from(column.name);
-            if !matches!(column.field, Field::F32(..)) {
+            if !matches!(column.field, Field::F32(..) | Field::OptionalF32(..)) {
                 properties = properties
                     .set_column_encoding(path.clone(), Encoding::PLAIN)
                     .set_column_statistics_enabled(path, EnabledStatistics::Chunk);
@@ -82,13 +97,17 @@ impl<R: TableRow> TableWriter<R> {
         let values = columns.iter().map(|c| empty(&c.field)).collect();
         let order = Order { latest: f64::NEG_INFINITY, slack };
         let block = Vec::with_capacity(BLOCK_ROWS);
-        Ok(TableWriter { path: path.into(), file, columns, block, values, grouped: 0, rows: 0, order, lives })
+        let path = path.into();
+        Ok(TableWriter { path, file, columns, left_out, block, values, grouped: 0, rows: 0, order, lives })
     }
 
     /// Appends a row.
     pub(in crate::formats::timeline_file) fn push(&mut self, row: &R) -> Result<(), TimelineError> {
         let checked = self.order.check(row.time()).and_then(|()| row.check(&self.lives));
         checked.map_err(|problem| self.refused(problem))?;
+        if let Some(column) = self.left_out.iter().find(|column| column.is_needed_by(row)) {
+            return Err(self.refused(RowProblem::NoColumn { column: column.name }));
+        }
         self.block.push(row.stored());
         self.rows += 1;
         if self.block.len() == BLOCK_ROWS {
@@ -137,6 +156,12 @@ impl<R: TableRow> TableWriter<R> {
                 (Field::F32(get, _), Values::F32(values)) => {
                     values.extend(self.block.iter().map(|row| get(row) as f32));
                     values[self.grouped..].iter().position(|v| !v.is_finite())
+                }
+                // The rows' own check has seen to the range.
+                (Field::OptionalF32(get, _), Values::OptionalF32(values, levels)) => {
+                    values.extend(self.block.iter().filter_map(|row| Some(get(row)? as f32)));
+                    levels.extend(self.block.iter().map(|row| i16::from(get(row).is_some())));
+                    None
                 }
                 (Field::U32(get, _), Values::I32(values)) => {
                     values.extend(self.block.iter().map(|row| get(row).cast_signed()));
@@ -195,6 +220,11 @@ fn write_group<W: Write + Send>(
                 out.write_batch(values, None, None)?;
                 values.clear();
             }
+            (ColumnWriter::FloatColumnWriter(out), Values::OptionalF32(values, levels)) => {
+                out.write_batch(values, Some(levels), None)?;
+                values.clear();
+                levels.clear();
+            }
             (ColumnWriter::Int32ColumnWriter(out), Values::I32(values)) => {
                 out.write_batch(values, None, None)?;
                 values.clear();
@@ -215,6 +245,7 @@ fn empty<R>(field: &Field<R>) -> Values {
     match field {
         Field::F64(..) => Values::F64(Vec::new()),
         Field::F32(..) => Values::F32(Vec::new()),
+        Field::OptionalF32(..) => Values::OptionalF32(Vec::new(), Vec::new()),
         Field::U32(..) | Field::Kind(..) => Values::I32(Vec::new()),
         Field::U64(..) => Values::I64(Vec::new()),
     }
@@ -225,8 +256,9 @@ fn schema<R>(columns: &[Column<R>]) -> Result<Type, ParquetError> {
         .iter()
         .map(|column| {
             let (physical, logical, _) = parquet_type(&column.field);
+            let optional = column.is_optional();
             Type::primitive_type_builder(column.name, physical)
-                .with_repetition(Repetition::REQUIRED)
+                .with_repetition(if optional { Repetition::OPTIONAL } else { Repetition::REQUIRED })
                 .with_logical_type(logical)
                 .build()
                 .map(Arc::new)

@@ -56,6 +56,7 @@ pub(super) struct Row {
 /// What the rows of one pair have in common.
 pub(super) struct PairContext<'a> {
     index: usize,
+    bodies: (&'a BodyState, &'a BodyState),
     mover_a: &'a Mover,
     mover_b: &'a Mover,
     movers: &'a [Mover],
@@ -81,7 +82,7 @@ impl<'a> PairContext<'a> {
     pub(super) fn new(
         index: usize,
         pair: &Pair,
-        (body_a, body_b): (&BodyState, &BodyState),
+        (body_a, body_b): (&'a BodyState, &'a BodyState),
         (movers, reactions): (&'a [Mover], &'a Reactions),
         step: &Step,
     ) -> Self {
@@ -93,6 +94,7 @@ impl<'a> PairContext<'a> {
         let spin = mover_a.inverse_inertia + mover_b.inverse_inertia;
         PairContext {
             index,
+            bodies: (body_a, body_b),
             mover_a,
             mover_b,
             movers,
@@ -100,7 +102,7 @@ impl<'a> PairContext<'a> {
             tangents: [t1, t2],
             half,
             fall,
-            rest: rest_speed(&pair.coefficients.restitution, step),
+            rest: rest_speed(&pair.coefficients.restitution, step, (body_a, body_b)),
             bent: bend(body_a, body_b) * half * half,
             unled: [body_a.mover(), body_b.mover()],
             gripped: body_a.grip().is_some() || body_b.grip().is_some(),
@@ -132,8 +134,15 @@ impl<'a> PairContext<'a> {
             - mover_b.velocity
             - mover_b.spin.cross(point.arm_b);
         let speed = before.dot(normal);
+        let unled = || {
+            let [a, b] = &self.unled;
+            a.velocity_at(point.arm_a) - b.velocity_at(point.arm_b)
+        };
+        // What the pushes of this step added is no approach.
+        let pushed = self.bodies.0.pushed_at(point.arm_a) - self.bodies.1.pushed_at(point.arm_b);
+        let met = if self.gripped { unled() } else { before } - pushed;
         // Gap at the middle of the step.
-        let gap = point.gap + (speed - self.fall) * (self.half - pair.reference);
+        let gap = point.gap + (met.dot(normal) - self.fall) * (self.half - pair.reference);
         let parts = gap > 0.0 && speed > PARTING - 2.0 * gap / step.length && point.impulse_n == 0.0;
         // A fast approach that ends after this step is an impact of the next one.
         let arrives =
@@ -146,9 +155,7 @@ impl<'a> PairContext<'a> {
         }
         // Least normal velocity after the step. A hand does not hasten an impact of the next one.
         let target = if gripped {
-            let [a, b] = &self.unled;
-            let unled = (a.velocity_at(point.arm_a) - b.velocity_at(point.arm_b)).dot(normal);
-            unled.min(-2.0 * gap.max(0.0) / step.length)
+            unled().dot(normal).min(-2.0 * gap.max(0.0) / step.length)
         } else if gap > 0.0 {
             // The rim ahead of the lowest point must not bear before the lowest point may be pushed out.
             let ahead = if pair.rolls_on_rim && k > 0 { SLOP } else { 0.0 };
@@ -156,7 +163,7 @@ impl<'a> PairContext<'a> {
         } else {
             let overlap = (-gap - SLOP).max(0.0);
             let slow = (PUSH_FRACTION * overlap / step.length).min(PUSH_SPEED);
-            slow.max((FAST_PUSH_FRACTION * overlap / step.length).min(-FAST_PUSH * speed))
+            slow.max((FAST_PUSH_FRACTION * overlap / step.length).min(-FAST_PUSH * met.dot(normal)))
         };
         // The rim curves upwards from its lowest point, which would sink if it were not lifted as much.
         let target =
@@ -194,7 +201,7 @@ impl<'a> PairContext<'a> {
             rolling_inertia: if rolling_loss > 0.0 { self.stiffest.recip() } else { 0.0 },
             impulse: [point.impulse_n, point.impulse_t.dot(t1), point.impulse_t.dot(t2)],
             couple: DVec3::ZERO,
-            before,
+            before: met,
             gap: point.gap,
             linked,
         })

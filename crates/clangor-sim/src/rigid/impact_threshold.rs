@@ -1,4 +1,7 @@
 //! Which approaches of a pair are impacts, and which are left to the contact phase.
+//!
+//! A body that gravity, springs, loads or hands press against another one approaches it anew in every step,
+//! as fast as these accelerate it in one: that is rest, and no impact.
 
 use clangor_core::material::PairRestitution;
 
@@ -11,15 +14,20 @@ pub(super) const MAX_HITS: u32 = 60;
 const REST_SPEED: f64 = 0.02;
 /// The same for a restitution of 1, where bodies never come to rest \[m/s\].
 const REST_SPEED_ELASTIC: f64 = 1e-6;
-/// Least ratio of the rest speed to the speed that gravity adds in a step.
+/// Least ratio of the rest speed to the speed that gravity and pushes add in a step.
 const REST_STEPS: f64 = 4.0;
 
 /// Approach speed \[m/s\] below which a pair has no impacts.
-pub(super) fn rest_speed(restitution: &PairRestitution, step: &Step) -> f64 {
+pub(super) fn rest_speed(
+    restitution: &PairRestitution,
+    step: &Step,
+    (a, b): (&BodyState, &BodyState),
+) -> f64 {
     if restitution.is_lossless() {
         return REST_SPEED_ELASTIC;
     }
-    REST_SPEED.max(REST_STEPS * step.gravity.length() * step.length)
+    let added = step.gravity.length() * step.length + a.pushed_speed() + b.pushed_speed();
+    REST_SPEED.max(REST_STEPS * added)
 }
 
 /// Upper bound on the relative acceleration of two contact points due to rotation \[m/s²\].

@@ -42,7 +42,7 @@ impl Load {
         }
         let arm = state.mid_orientation * self.at;
         let (point, velocity) = (state.mid_position + arm, state.velocity);
-        state.kick(impulse, arm.cross(impulse) + couple);
+        state.push_for_step(impulse, arm.cross(impulse) + couple);
         if log.skips_slower().is_none() {
             let ends = [(Some(self.body), arm), (None, DVec3::ZERO)];
             log.link(step.time + 0.5 * step.length, ends, (point, velocity), (impulse, couple));

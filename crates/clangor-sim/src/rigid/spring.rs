@@ -143,7 +143,7 @@ impl Spring {
         };
         let impulse = row.impulse();
         for (end, (impulse, arm)) in self.ends().zip([(impulse, arms[0]), (-impulse, arms[1])]) {
-            bodies[end].kick(impulse, arm.cross(impulse));
+            bodies[end].push_for_step(impulse, arm.cross(impulse));
         }
         if log.skips_slower().is_none() {
             log.begin(ContactKind::Constraint);

@@ -69,6 +69,8 @@ pub(super) struct BodyState {
     pub(super) quiet: f64,
     /// Bodies that fell asleep together wake together.
     pub(super) island: usize,
+    /// What springs, loads and hands changed of both velocities in the last step [m/s, rad/s].
+    pub(super) pushed: [DVec3; 2],
 }
 
 /// A body at one instant of a step.
@@ -179,6 +181,7 @@ impl BodyState {
             asleep: false,
             quiet: 0.0,
             island: usize::MAX,
+            pushed: [DVec3::ZERO; 2],
         })
     }
 
@@ -407,6 +410,24 @@ impl BodyState {
             self.momentum += angular;
             self.angular_velocity = self.world_inverse_inertia * self.momentum;
         }
+    }
+
+    /// Applies an impulse of a spring, a load or a hand: that of a whole step.
+    pub(super) fn push_for_step(&mut self, impulse: DVec3, angular: DVec3) {
+        let before = [self.velocity, self.angular_velocity];
+        self.kick(impulse, angular);
+        self.pushed[0] += self.velocity - before[0];
+        self.pushed[1] += self.angular_velocity - before[1];
+    }
+
+    /// What pushes changed of the velocity of the point at `arm` from the centre of mass \[m/s\].
+    pub(super) fn pushed_at(&self, arm: DVec3) -> DVec3 {
+        self.pushed[0] + self.pushed[1].cross(arm)
+    }
+
+    /// Upper bound of that of any of its points \[m/s\].
+    pub(super) fn pushed_speed(&self) -> f64 {
+        self.pushed[0].length() + self.pushed[1].length() * self.radius
     }
 
     /// Upper bound of the inverse effective mass at a point \[m, body frame\], in all directions \[1/kg\].

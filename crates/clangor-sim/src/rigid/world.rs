@@ -284,6 +284,7 @@ impl RigidWorld {
         let mut placed: Vec<_> = self.springs.iter_mut().map(|spring| spring.place(&self.bodies)).collect();
         for body in self.bodies.iter_mut().filter(|b| b.is_awake()) {
             body.velocity += self.gravity * step.length;
+            body.pushed = Default::default();
         }
         for (spring, placed) in self.springs.iter().zip(&mut placed) {
             if let Some(placed) = placed {

@@ -1,6 +1,6 @@
 //! Triangle surfaces from OBJ, PLY, STL and glTF files.
 //!
-//! Polygons are cut into triangle fans, the objects of a file become one mesh, and the transforms of glTF
+//! Polygons are cut into triangles, the objects of a file become one mesh, and the transforms of glTF
 //! nodes are applied. Coordinates are taken as the file has them: scale and axes are the scene's business,
 //! and so is whether the surface is closed. Materials, normals, colours and textures are ignored.
 //!
@@ -10,6 +10,7 @@
 pub(crate) mod gltf;
 pub(crate) mod obj;
 pub(crate) mod ply;
+mod polygon;
 pub(crate) mod stl;
 
 use std::fmt;
@@ -194,16 +195,6 @@ pub fn read_mesh(path: &Path) -> Result<TriMesh, MeshFileError> {
         return Err(whole(MeshFault::TooLarge { vertices: mesh.vertices.len() }));
     }
     Ok(mesh)
-}
-
-/// Adds the triangle fan of a polygon.
-fn push_fan(triangles: &mut Vec<[u32; 3]>, corners: &[u32]) -> Result<(), MeshFault> {
-    let [first, rest @ ..] = corners else { return Err(MeshFault::FewCorners { corners: 0 }) };
-    if rest.len() < 2 {
-        return Err(MeshFault::FewCorners { corners: corners.len() });
-    }
-    triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
-    Ok(())
 }
 
 /// A finite number in a text.

@@ -2,7 +2,8 @@
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 
-use super::{Located, MeshFault, excerpt, numbered_lines, point, push_fan};
+use super::polygon::push_polygon;
+use super::{Located, MeshFault, excerpt, numbered_lines, point};
 
 /// Reads the faces of all objects in the text as one mesh.
 pub(crate) fn parse(bytes: &[u8]) -> Result<TriMesh, Located> {
@@ -34,9 +35,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<TriMesh, Located> {
                 _ => Err(MeshFault::Index { index, vertices }),
             })
             .collect();
-        corners
-            .and_then(|c| push_fan(&mut mesh.triangles, &c))
-            .map_err(|fault| Located::at_line(line, fault))?;
+        corners.and_then(|c| push_polygon(&mut mesh, &c)).map_err(|fault| Located::at_line(line, fault))?;
     }
     Ok(mesh)
 }

@@ -5,7 +5,8 @@
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
-use super::{Located, MeshFault, excerpt, push_fan};
+use super::polygon::push_polygon;
+use super::{Located, MeshFault, excerpt};
 
 /// What a PLY file holds for us.
 #[derive(Debug, Default)]
@@ -96,7 +97,7 @@ pub(crate) fn parse(bytes: &[u8], extra: &[&str]) -> Result<PlyMesh, Located> {
             })
             .collect();
         corners
-            .and_then(|c| push_fan(&mut ply.mesh.triangles, &c))
+            .and_then(|c| push_polygon(&mut ply.mesh, &c))
             .map_err(|fault| Located::at_element("face", face, fault))?;
     }
     Ok(ply)

@@ -147,7 +147,7 @@ pub(crate) struct Strike {
     /// Point of impact on the surface in metres from the centre of mass (default: the highest, along y)
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub(crate) point: Option<DVec3>,
-    /// Listener in metres from the centre of mass (default: 1,0,0)
+    /// Listener in metres from the centre of mass (default: 0.6,0.8,0)
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub(crate) listener: Option<DVec3>,
     /// The WAV or CSV file to write, or the folder of a data set

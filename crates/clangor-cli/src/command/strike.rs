@@ -40,11 +40,17 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     sound.write(output)?;
     let peak = sound.peak();
     if peak == 0.0 {
-        console.warn(format_args!(
-            "{} is silent: sound needs {:.4} s to the listener, so raise --seconds",
-            output.display(),
-            sound.travel_time
-        ));
+        let (file, travel) = (output.display(), sound.travel_time);
+        if sound.times.last().is_none_or(|last| *last <= travel) {
+            console.warn(format_args!(
+                "{file} is silent: sound needs {travel:.4} s to the listener, so raise --seconds"
+            ));
+        } else {
+            console.warn(format_args!(
+                "{file} is silent: this impact has no sound in the direction of the listener, as across the \
+                 push on a ball; give another --listener"
+            ));
+        }
     }
     console.say(format_args!(
         "{}: contact {:.2} µs, velocity change {:.4} m/s, peak {} Pa ({} dB SPL)",

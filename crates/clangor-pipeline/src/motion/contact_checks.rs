@@ -2,7 +2,7 @@
 //!
 //! | found | then |
 //! |---|---|
-//! | a body against itself; bodies that separate | refused, with row and body |
+//! | a body against itself; bodies that separate; a normal into a half-space | refused, with row and body |
 //! | an impulse beyond what the bodies could give | refused |
 //! | a point farther from a surface than the smaller body is large | refused |
 //! | a time before or after all that was recorded | refused |
@@ -27,6 +27,8 @@ use crate::formats::contact_list::ListedContact;
 const ON_SURFACE: (f64, f64) = (0.02, 1e-4);
 /// The same for a plane, from which a contact belongs to it; the share is that of the other body.
 const ON_PLANE: (f64, f64) = (0.1, 1e-3);
+/// Cosine of the angle of the two normals within which a contact is one with the plane.
+const ALONG: f64 = 0.9;
 /// Margin on the largest impulse of two bodies that no listed contact presses on: contacts that last are not
 /// listed by all programs.
 const PAIR_MARGIN: f64 = 20.0;
@@ -61,6 +63,19 @@ pub enum ContactFault {
         body: String,
         /// Speed of separation [m/s].
         speed: f64,
+    },
+    /// A normal that would pull a body into a plane.
+    #[error(
+        "row {row}: the normal of the contact of {body} points into the plane {plane}; it points from body_b \
+         to body_a, out of the plane if that is body_b or left out"
+    )]
+    IntoPlane {
+        /// Line of a text, row of a Parquet file.
+        row: usize,
+        /// The body.
+        body: String,
+        /// The plane.
+        plane: String,
     },
     /// A point that is nowhere near a body.
     #[error(
@@ -192,6 +207,7 @@ pub fn check_contacts(
             row.body_b = plane;
             on_plane[plane.index()] += 1;
         }
+        check_planes(world, number, &row)?;
         let radius = |id: BodyId| Some(world.bodies.get(id.index())?.surface.bounding_radius());
         let size = [row.body_a, row.body_b].into_iter().filter_map(radius).fold(f64::INFINITY, f64::min);
         // Moved onto the first surface and then onto the second, the point must still be near the first.
@@ -303,12 +319,33 @@ fn check_physics(
     Ok(())
 }
 
-/// The plane on which a contact lies and against which it pushes.
+/// Refuses normals that point into a half-space.
+fn check_planes(world: &World, number: usize, row: &ContactRow) -> Result<(), ContactFault> {
+    for (id, other, out) in [(row.body_b, row.body_a, 1.0), (row.body_a, row.body_b, -1.0)] {
+        let Some(plane) = world.bodies.get(id.index()) else { continue };
+        let is_half_space = matches!(*plane.surface, Surface::HalfSpace);
+        if is_half_space && out * upward(plane).dot(row.normal) < 0.0 {
+            let body = world.bodies.get(other.index()).map_or_else(String::new, |body| body.name.clone());
+            return Err(ContactFault::IntoPlane { row: number, body, plane: plane.name.clone() });
+        }
+    }
+    Ok(())
+}
+
+/// Unit normal of a plane.
+fn upward(plane: &Body) -> DVec3 {
+    plane.pose.orientation * DVec3::Y
+}
+
+/// The plane on which a contact lies and along whose normal it pushes, out of it or into it.
 fn plane_at(world: &World, row: &ContactRow) -> Option<BodyId> {
     let size = world.bodies.get(row.body_a.index())?.surface.bounding_radius();
     let within = (ON_PLANE.0 * size).max(ON_PLANE.1);
     let height = |body: &Body| body.pose.body_from_world(row.point).y.abs();
-    let faces = |body: &Body| (body.pose.orientation * DVec3::Y).dot(row.normal) > 0.9;
+    let faces = |body: &Body| {
+        let along = upward(body).dot(row.normal);
+        along > ALONG || along < -ALONG && matches!(*body.surface, Surface::HalfSpace)
+    };
     let planes = world.bodies.iter().enumerate().filter(|(_, body)| body.surface.is_plane() && faces(body));
     let nearest = planes.min_by(|(_, a), (_, b)| height(a).total_cmp(&height(b)));
     nearest.filter(|(_, plane)| height(plane) <= within).map(|(index, _)| BodyId(index as u32))

@@ -181,6 +181,14 @@ fn property_impossible_contacts_are_refused_with_row_and_body() {
         ("0.3161,ball,ball,0,0,0,0,1,0,0.1,3.1", "row 2: ball touches itself"),
         ("0.3161,ball,floor,3.7,0.0,0,0,1,0,0.1,3.1", "row 2: the point is 3.69"),
         ("0.3161,ball,floor,0,0,0,0,1,0,100,3.1", "row 2: impulse_n on ball is 100 N s"),
+        (
+            "0.3161,ball,floor,0,0,0,0,-1,0,0.1,3.1",
+            "row 2: the normal of the contact of ball points into the plane floor",
+        ),
+        (
+            "0.3161,ball,,0,0,0,0,-1,0,0.1,3.1",
+            "row 2: the normal of the contact of ball points into the plane floor",
+        ),
         ("0.3161,nobody,floor,0,0,0,0,1,0,0.1,3.1", "line 2: body_a is nobody"),
         ("0.3161,ball,floor,0,0,0,0,1,0,NaN,3.1", "line 2: impulse_n is NaN"),
     ];

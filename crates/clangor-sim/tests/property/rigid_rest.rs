@@ -3,7 +3,8 @@
 //! A body rests once its surface has been slower than 2 cm/s for 50 ms. From 0.5 s after that no contact may
 //! approach faster than 5 cm/s, the threshold of audible impacts.
 
-use clangor_core::body::{Body, BodyId, World};
+use clangor_core::body::link::{LinkEnd, LoadCurve};
+use clangor_core::body::{Body, BodyId, Link, World};
 use clangor_core::glam::DVec3;
 use clangor_core::material::Material;
 use clangor_sim::rigid::{RigidWorld, StepLog};
@@ -176,5 +177,47 @@ fn a_stack_of_twenty_boxes_stands() {
         );
         // Seen: no loud impulse, sink -6 to 14 um, overlap 3.0 um.
         assert!(loud == 0 && sink.abs() < 5e-5 && overlap < 5e-6);
+    }
+}
+
+/// Bodies that a force or a spring presses against a floor, with up to 100 000 times their weight, bounce a few
+/// times and are silent from then on.
+#[test]
+fn pressed_bodies_come_to_rest() {
+    let material = material(700.0, 0.5, 0.5, 5e-5);
+    let half = 0.015;
+    let body = BodyId(1);
+    let force = |push: f64| Link::Load {
+        body,
+        at: DVec3::ZERO,
+        force: LoadCurve::try_new(vec![(0.0, DVec3::NEG_Y * push), (10.0, DVec3::NEG_Y * push)]).unwrap(),
+        torque: LoadCurve::default(),
+    };
+    let spring = |stiffness: f64| Link::Spring {
+        body,
+        at: DVec3::ZERO,
+        to: LinkEnd::Point(DVec3::NEG_Y * 0.2),
+        rest_length: 0.0,
+        stiffness,
+        damping: 0.1,
+    };
+    // Seen: 8 to 50 loud steps in the first 0.3 s, none later. If pushes count as approaches, all of 200 N are loud.
+    for (name, link) in [("5 N", force(5.0)), ("200 N", force(200.0)), ("spring", spring(1000.0))] {
+        let mut cube = solid("cube", &material, &[cuboid(DVec3::splat(half))]);
+        cube.pose.position = DVec3::new(0.0, half + 5e-3, 0.0);
+        let mut scene = world(vec![floor(&material), cube]);
+        scene.links.push(link);
+        let mut rigid = RigidWorld::try_new(&scene, 1e-4, false).unwrap();
+        let mut log = StepLog::new();
+        let (mut early, mut late) = (0, 0);
+        for step in 0..10_000 {
+            rigid.step(&mut log).unwrap();
+            let loud = log.impulses().iter().any(|i| i.row.approach_speed() > LOUD);
+            *if step < 3000 { &mut early } else { &mut late } += usize::from(loud);
+        }
+        let speed = rigid.surface_speed(body);
+        println!("{name}: {early} loud steps in 0.3 s, {late} later, {speed:.1e} m/s at the end");
+        assert!(late == 0, "{name}: {early}, {late}");
+        assert!(speed < 1e-3, "{name}: {speed:e} m/s");
     }
 }

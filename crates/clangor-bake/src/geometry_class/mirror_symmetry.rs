@@ -68,8 +68,8 @@ pub fn mirror_planes_in_mean(mesh: &TriMesh, tolerance: f64, mean: f64) -> Vec<M
     mirror_planes_within(mesh, &Within { largest: tolerance, mean, deepest: NOISE * mean })
 }
 
-/// The same for walls: all residuals are at most `tolerance` \[m\]; or their means in patches, they themselves
-/// four times as much, and the largest is at most `deepest` \[m\].
+/// The same for walls: all residuals are at most `tolerance` \[m\]; or their means in patches, they
+/// themselves four times as much, and the largest is at most `deepest` \[m\].
 pub fn mirror_planes_of_walls(mesh: &TriMesh, tolerance: f64, deepest: f64) -> Vec<MirrorPlane> {
     mirror_planes_within(mesh, &Within { largest: tolerance, mean: tolerance, deepest })
 }

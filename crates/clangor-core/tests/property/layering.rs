@@ -17,7 +17,7 @@ const MAY_IMPORT: &[(&str, &[&str])] = &[
     ("shape", &["body", "geometry", "math"]),
     ("timeline", &["body"]),
     ("sound_model", &["body", "geometry", "math", "medium", "quantity"]),
-    ("contact", &["body", "geometry", "material", "math", "pose", "timeline"]),
+    ("contact", &["body", "geometry", "material", "math", "pose", "quantity", "timeline"]),
     (
         "synthesis",
         &[

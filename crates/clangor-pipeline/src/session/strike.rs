@@ -35,8 +35,8 @@ pub const LONGEST: f64 = 20.0;
 /// Impulse on the body where neither an impulse nor a striker is given [N s].
 pub const DEFAULT_IMPULSE: DVec3 = DVec3::new(0.0, -0.01, 0.0);
 
-/// Listener where none is given \[m from the centre of mass\]: 1 m away, off the axes, in whose directions and
-/// planes clicks have nulls.
+/// Listener where none is given \[m from the centre of mass\]: 1 m away, off the axes, in whose directions
+/// and planes clicks have nulls.
 pub const DEFAULT_LISTENER: DVec3 = DVec3::new(0.6, 0.8, 0.0);
 
 /// An impact on a body, and how it is heard.

@@ -180,8 +180,8 @@ fn a_stack_of_twenty_boxes_stands() {
     }
 }
 
-/// Bodies that a force or a spring presses against a floor, with up to 100 000 times their weight, bounce a few
-/// times and are silent from then on.
+/// Bodies that a force or a spring presses against a floor, with up to 100 000 times their weight, bounce a
+/// few times and are silent from then on.
 #[test]
 fn pressed_bodies_come_to_rest() {
     let material = material(700.0, 0.5, 0.5, 5e-5);
@@ -201,7 +201,8 @@ fn pressed_bodies_come_to_rest() {
         stiffness,
         damping: 0.1,
     };
-    // Seen: 8 to 50 loud steps in the first 0.3 s, none later. If pushes count as approaches, all of 200 N are loud.
+    // Seen: 8 to 50 loud steps in the first 0.3 s, none later. If pushes count as approaches, all of 200 N
+    // are loud.
     for (name, link) in [("5 N", force(5.0)), ("200 N", force(200.0)), ("spring", spring(1000.0))] {
         let mut cube = solid("cube", &material, &[cuboid(DVec3::splat(half))]);
         cube.pose.position = DVec3::new(0.0, half + 5e-3, 0.0);

@@ -1,8 +1,8 @@
 //! Triangles of a polygon.
 //!
 //! A convex polygon is a fan from its first corner. The fan of a concave one would cross itself: it is cut by
-//! ears, in the plane across its area vector ½ Σ xᵢ × xᵢ₊₁. All corners stay in use, as the faces beside it share
-//! its edges.
+//! ears, in the plane across its area vector ½ Σ xᵢ × xᵢ₊₁. All corners stay in use, as the faces beside it
+//! share its edges.
 
 use clangor_core::geometry::tri_mesh::TriMesh;
 use earcut::Earcut;
@@ -11,7 +11,8 @@ use glam::DVec3;
 
 use super::MeshFault;
 
-/// Share of the area of a polygon by which a triangle may be turned over: rounding, and faces that are not flat.
+/// Share of the area of a polygon by which a triangle may be turned over: rounding, and faces that are not
+/// flat.
 const TURNED: f64 = 1e-6;
 /// Most corners from which a fan is tried.
 const MOST_TRIED: usize = 64;
@@ -28,7 +29,8 @@ pub(super) fn push_polygon(mesh: &mut TriMesh, corners: &[u32]) -> Result<(), Me
         let along = |t: &[usize; 3]| area_vector(&t.map(|k| places[k])).dot(normal);
         triangles.len() == corners.len() - 2 && triangles.iter().all(|t| along(t) >= least)
     };
-    // Where nothing cuts it well, the fan from its first corner: the checks of the surface tell what is wrong.
+    // Where nothing cuts it well, the fan from its first corner: the checks of the surface tell what is
+    // wrong.
     let found = Some(fan(corners.len(), 0))
         .filter(is_cut)
         .or_else(|| Some(ears(&places, normal)).filter(is_cut))

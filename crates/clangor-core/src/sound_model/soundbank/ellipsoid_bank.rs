@@ -66,8 +66,8 @@ pub struct Proxy {
     pub semi_axes: DVec3,
     /// Index of the nearest ellipsoid of the bank.
     pub entry: usize,
-    /// The ellipsoids whose mean represents it, with weights that sum to 1: the neighbouring ones, or the
-    /// nearest alone.
+    /// The ellipsoids whose mean represents it: the neighbouring ones, or the nearest alone. Their weights sum
+    /// to 1, or to less for a body that is more slender than all of them.
     pub mean: [(usize, f64); 4],
     /// Radius R \[m\] of that ellipsoid's field.
     pub radius: f64,
@@ -79,12 +79,12 @@ pub struct Proxy {
 impl Proxy {
     /// The same body, represented by the nearest ellipsoid alone.
     pub fn of_nearest(self) -> Self {
-        Proxy { mean: alone(self.entry), ..self }
+        Proxy { mean: alone(self.entry, self.mean.iter().map(|(_, weight)| weight).sum()), ..self }
     }
 }
 
-fn alone(entry: usize) -> [(usize, f64); 4] {
-    [(entry, 1.0), (entry, 0.0), (entry, 0.0), (entry, 0.0)]
+fn alone(entry: usize, weight: f64) -> [(usize, f64); 4] {
+    [(entry, weight), (entry, 0.0), (entry, 0.0), (entry, 0.0)]
 }
 
 impl EllipsoidBank {
@@ -110,14 +110,21 @@ impl EllipsoidBank {
     /// The ellipsoid of the bank that represents a body with this `inertia` about its centre of mass, per
     /// unit density \[m⁵\], and this `volume` \[m³\].
     ///
+    /// A body that is more slender than all entries, B < B₀, is that of its cross-section with B₀, and sounds
+    /// less by (B/B₀)²: a slender body displaces air, and takes air along, in proportion to the area of its
+    /// cross-section.
+    ///
     /// `None` for an empty bank, and for an invalid inertia or volume.
     pub fn proxy_for(&self, inertia: DMat3, volume: f64) -> Option<Proxy> {
         let (semi_axes, rotation) = matched_ellipsoid(inertia, volume)?;
         let (b, c) = (semi_axes.y / semi_axes.x, semi_axes.z / semi_axes.x);
+        let slender = (b / self.entries.first()?.b).min(1.0);
+        let (b, c) = (b / slender, c / slender);
         let distance = |e: &BankEntry| (e.b - b).powi(2) + (e.c - c).powi(2);
         let nearest = (0..self.entries.len())
             .min_by(|i, j| distance(&self.entries[*i]).total_cmp(&distance(&self.entries[*j])))?;
-        let mean = self.around(b, c).unwrap_or_else(|| alone(nearest));
+        let mut mean = self.around(b, c).unwrap_or_else(|| alone(nearest, 1.0));
+        mean.iter_mut().for_each(|(_, weight)| *weight *= slender * slender);
         Some(Proxy { semi_axes, entry: nearest, mean, radius: semi_axes.x, rotation })
     }
 
@@ -141,7 +148,7 @@ impl EllipsoidBank {
             let (p, q) = (1.0 - u, 1.0 - v);
             [(i, j, p * q), (i + 1, j, u * q), (i, j + 1, p * v), (i + 1, j + 1, u * v)]
         };
-        let mut mean = alone(0);
+        let mut mean = alone(0, 0.0);
         for (share, (i, j, weight)) in mean.iter_mut().zip(corners) {
             let same = |e: &BankEntry| {
                 (e.b - steps[i]).abs() < SAME_PROPORTION && (e.c - steps[j]).abs() < SAME_PROPORTION
@@ -235,6 +242,16 @@ mod tests {
         let (inertia, volume) = ellipsoid(DVec3::new(1.0, 0.5, 0.03));
         let proxy = bank.proxy_for(inertia, volume).unwrap();
         assert!(proxy.mean.iter().all(|(e, weight)| *weight == 0.0 || bank.entries()[*e].c == 0.1));
+        // More slender than all: the same cross-section, of less area.
+        let (inertia, volume) = ellipsoid(DVec3::new(1.0, 0.02, 0.02));
+        let proxy = bank.proxy_for(inertia, volume).unwrap();
+        for proxy in [proxy, proxy.of_nearest()] {
+            let shares = proxy.mean.map(|(e, weight)| (bank.entries()[e].b, weight));
+            assert!(shares.iter().all(|(b, weight)| weight.abs() < 1e-12 || *b == 0.1), "{proxy:?}");
+            let sum: f64 = shares.iter().map(|(_, weight)| weight).sum();
+            // Residual seen: 1e-17.
+            assert!((sum - 0.04).abs() < 1e-12, "{proxy:?}");
+        }
     }
 
     #[test]

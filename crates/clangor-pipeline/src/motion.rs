@@ -20,6 +20,7 @@
 //! | `lasting_contacts` | rows of lasting contact, by the modules above |
 //! | `parts` | impacts of a long recording, found in parts of time that overlap |
 //! | `flights` | the motion of bodies of which only the impulses are listed |
+//! | `sunk_bodies` | bodies that lie deeper in planes than any solid could |
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
 mod area_corners;
@@ -38,5 +39,6 @@ pub(crate) mod parts;
 mod parts_of_one;
 mod pose_noise;
 pub mod recording;
+pub(crate) mod sunk_bodies;
 mod touch;
 mod touching;

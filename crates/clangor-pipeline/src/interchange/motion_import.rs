@@ -153,6 +153,7 @@ fn import_in_memory(
         let mut summary = FoundImpacts::default();
         summary.extend(&rows);
         remarks.extend(summary.remark(&world));
+        remarks.extend(search.sunk.notices(&world).iter().map(ToString::to_string));
         found = Some(summary);
         (rows.contacts, rows.states)
     } else {

@@ -21,6 +21,7 @@ use clangor_core::timeline::{ContactRow, PoseRow};
 use super::impacts::{MotionImpacts, find_impacts_in_noise};
 use super::lasting_contacts::lasting_contacts;
 use super::recording::RecordedBody;
+use super::sunk_bodies::SunkBodies;
 
 /// A stretch of time in which impacts are searched \[s\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +60,8 @@ pub(crate) struct PartSearch {
     impacts: u64,
     /// Joints at which the parts did not agree.
     pub(crate) doubtful_joints: u64,
+    /// Bodies that lie too deep in planes.
+    pub(crate) sunk: SunkBodies,
     /// Deviation of Δv on one axis of each body that is noise [m/s].
     noise: Vec<f64>,
     /// Rows of lasting contact, if they are wanted.
@@ -90,6 +93,7 @@ impl PartSearch {
         v_min: f64,
         part: Part,
     ) -> MotionImpacts {
+        self.sunk.look(world, recorded);
         let found = find_impacts_in_noise(world, recorded, v_min, &self.noise);
         let mut joint = f64::NEG_INFINITY;
         let mut rows = MotionImpacts::default();

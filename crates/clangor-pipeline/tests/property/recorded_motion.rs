@@ -415,3 +415,22 @@ fn property_bad_nodes_are_refused_with_their_name() {
         assert!(message.contains(wanted), "{message}");
     }
 }
+
+#[test]
+fn property_bodies_that_lie_deep_in_a_plane_are_told_with_row_and_depth() {
+    let sunk = |depth: f64| {
+        let line = |[t, y]: [f64; 2]| format!("{t},ball,0,{},0\n", y - depth);
+        let table: String = rows().into_iter().map(line).collect();
+        let table = format!("t,body,position_x,position_y,position_z\n{table}");
+        let folder = folder(SCENE, &[("a.csv", &table)]);
+        let summary = import(folder.path(), &["a.csv"], &[], false).unwrap();
+        summary.notices.into_iter().find(|notice| notice.contains("deep in the plane"))
+    };
+    assert_eq!(sunk(0.0), None);
+    let notice = sunk(0.006).expect("a notice");
+    let lowest = rows().into_iter().map(|[_, y]| y).fold(f64::INFINITY, f64::min);
+    let depth = 1e3 * (0.016 - lowest);
+    let row = 2 + rows().iter().position(|[_, y]| *y == lowest).unwrap();
+    assert!(notice.contains(&format!("ball lies up to {depth:.1} mm deep in the plane floor")), "{notice}");
+    assert!(notice.contains(&format!("(row {row}, t = ")), "{notice}");
+}

@@ -75,6 +75,7 @@ pub(super) fn import_stream(
     let PoseStream { mut writer, found, search, recorded, joints, .. } = stream;
     writer.extend_to_latest();
     remarks.extend(found.remark(&world));
+    remarks.extend(search.sunk.notices(&world).iter().map(ToString::to_string));
     if search.doubtful_joints > 0 {
         remarks.push(format!(
             "the recording was searched in parts of {:.1} s; at {} of {joints} joints the parts agree on no \

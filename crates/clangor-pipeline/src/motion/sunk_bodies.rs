@@ -1,0 +1,114 @@
+//! Bodies that a recording moves into half-spaces, as far as no solid could.
+//!
+//! ```text
+//! d = max over frames and points x of the surface of −(x − o)·n,    plane through o with normal n
+//! ```
+//!
+//! Impacts are found on surfaces that overlap a little; those of a body that lies deep in a floor, as by a
+//! mesh or a floor in the wrong place, may be missing or at the wrong time.
+//!
+//! Not for bodies inside of each other.
+
+use std::fmt;
+
+use clangor_core::body::{BodyId, Surface, World};
+use glam::DVec3;
+
+use super::recording::{Frame, RecordedBody};
+
+/// Depth that is told: share of the bounding radius, and at least \[m\].
+const DEEP: (f64, f64) = (0.1, 1e-3);
+/// Most vertices of a surface that are looked at.
+const MOST_POINTS: usize = 500;
+
+/// The deepest place of a body in a half-space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Deepest {
+    body: BodyId,
+    plane: BodyId,
+    depth: f64,
+    frame: Frame,
+}
+
+/// The bodies that lie too deep.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SunkBodies(Vec<Deepest>);
+
+/// A body in a plane, for people.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SunkNotice {
+    body: String,
+    plane: String,
+    depth: f64,
+    time: f64,
+    row: u64,
+}
+
+impl SunkBodies {
+    /// Looks at some frames; of each body and plane the deepest is kept.
+    pub(crate) fn look(&mut self, world: &World, recorded: &[RecordedBody]) {
+        let half_spaces = |surface: &Surface| matches!(surface, Surface::HalfSpace);
+        let planes: Vec<usize> =
+            (0..world.bodies.len()).filter(|k| half_spaces(&world.bodies[*k].surface)).collect();
+        for RecordedBody { body, frames, .. } in recorded {
+            let Some(surface) = world.bodies.get(body.index()).map(|body| &*body.surface) else { continue };
+            let radius = surface.bounding_radius();
+            for plane in &planes {
+                let pose = world.bodies[*plane].pose;
+                let (normal, least) = (pose.orientation * DVec3::Y, (DEEP.0 * radius).max(DEEP.1));
+                for frame in frames {
+                    let height = (frame.pose.position - pose.position).dot(normal);
+                    if radius - height <= least {
+                        continue;
+                    }
+                    let depth = reach(surface, frame.pose.orientation.inverse() * -normal) - height;
+                    if depth > least {
+                        let plane = BodyId(*plane as u32);
+                        self.note(Deepest { body: *body, plane, depth, frame: *frame });
+                    }
+                }
+            }
+        }
+    }
+
+    fn note(&mut self, found: Deepest) {
+        match self.0.iter_mut().find(|known| (known.body, known.plane) == (found.body, found.plane)) {
+            Some(known) if known.depth >= found.depth => {}
+            Some(known) => *known = found,
+            None => self.0.push(found),
+        }
+    }
+
+    /// What should be known, body by body.
+    pub(crate) fn notices(&self, world: &World) -> Vec<SunkNotice> {
+        let name = |id: BodyId| world.bodies.get(id.index()).map_or_else(String::new, |b| b.name.clone());
+        let notice = |Deepest { body, plane, depth, frame }: &Deepest| SunkNotice {
+            body: name(*body),
+            plane: name(*plane),
+            depth: *depth,
+            time: frame.time,
+            row: frame.row,
+        };
+        self.0.iter().map(notice).collect()
+    }
+}
+
+impl fmt::Display for SunkNotice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let SunkNotice { body, plane, depth, time, row } = self;
+        write!(
+            f,
+            "{body} lies up to {:.1} mm deep in the plane {plane} (row {row}, t = {time:.4} s): its impacts \
+             there may be missing; move the plane, or check the size of the body",
+            1e3 * depth
+        )
+    }
+}
+
+/// The farthest that a surface reaches along a unit direction from the centre of mass \[m\].
+fn reach(surface: &Surface, direction: DVec3) -> f64 {
+    let Surface::Mesh(mesh) = surface else { return surface.bounding_radius() };
+    let vertices = &mesh.mesh.vertices;
+    let step = vertices.len().div_ceil(MOST_POINTS).max(1);
+    vertices.iter().step_by(step).map(|vertex| vertex.dot(direction)).fold(0.0, f64::max)
+}

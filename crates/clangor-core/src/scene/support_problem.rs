@@ -39,6 +39,12 @@ pub enum SupportProblem {
         /// Line of the other.
         first_line: usize,
     },
+    /// A clamp that leaves nothing of the body to vibrate.
+    #[error("this clamp holds all of the body `{body}`, so that nothing of it can vibrate")]
+    Whole {
+        /// The body.
+        body: String,
+    },
     /// The supports together leave the body free.
     #[error("the supports of `{body}` leave {motions} of the six motions of the whole body free")]
     Free {
@@ -63,6 +69,7 @@ impl SupportProblem {
                 "move or widen it: its coordinates are those of the shape or file, in metres"
             }
             SupportProblem::Overlap { .. } => "make them one, or move them apart",
+            SupportProblem::Whole { .. } => "make it smaller, or delete it and write `modal = false`",
             SupportProblem::Free { .. } => {
                 "add a support, widen one, or give springs a stiffness along all three axes"
             }

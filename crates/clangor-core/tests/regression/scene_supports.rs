@@ -150,6 +150,8 @@ fn mistakes_that_need_the_shape() {
     );
     let overlapping = "kind = \"clamped\"\nlow = [-0.16, -1, -1]\nhigh = [0, 1, 1]";
     refuse(&board("fixed", &[ENDS[0], overlapping]), "11:1: body[0].support[1]", "line 7", "make them one");
+    let whole = "kind = \"clamped\"\nat = [0, 0, 0]\nradius = 1";
+    refuse(&board("fixed", &[whole]), "7:1: body[0].support[0]", "holds all of the body `board`", "smaller");
     let vertical = "kind = \"sprung\"\nat = [0, 0, 0]\nradius = 1\nstiffness = [0, 1e3, 0]";
     refuse(
         &board("fixed", &[vertical]),

@@ -37,6 +37,11 @@ pub(super) fn supports(
                 problems.error(own.place.clone(), Problem::Support(problem));
                 whole = false;
             }
+            // A convex region that holds all vertices holds the body.
+            let holds_all = || surface.mesh.vertices.iter().all(|x| support.region.distance(*x) == 0.0);
+            if support.kind == SupportKind::Clamped && holds_all() {
+                problems.error(own.place.clone(), Problem::Support(SupportProblem::Whole { body: name() }));
+            }
             let clamped = |(other, _): &&(Support, &Place)| {
                 support.kind == SupportKind::Clamped
                     && other.kind == SupportKind::Clamped

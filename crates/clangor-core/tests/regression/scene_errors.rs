@@ -184,6 +184,13 @@ fn numbers_out_of_range() {
         &ball("velocity = [400, 0, 0]"),
         &[("5:12", "body[0].velocity", "not slower than sound", "a lower speed")],
     );
+    let [first, last] = ["{ time = 0, position = [0, 1, 0] }", "{ time = 0.1, position = [0, 40, 0] }"];
+    refuse(
+        &format!(
+            "version = 1\n[[body]]\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\nkeyframes = [{first}, {last}]"
+        ),
+        &[("5:50", "body[0].keyframes[1]", "390 m/s is not slower than sound", "a lower speed")],
+    );
     refuse(
         &ball("edge_radius = 0.0"),
         &[("5:15", "body[0].edge_radius", "out of range", "a number in m from 1e-9")],

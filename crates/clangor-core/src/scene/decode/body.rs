@@ -133,7 +133,7 @@ fn body(
         Some(node) => orientation(d, &node),
         None => Some(DQuat::IDENTITY),
     };
-    let motion = if preset.is_some() { Some(Motion::Fixed) } else { motion(d, section) };
+    let motion = if preset.is_some() { Some(Motion::Fixed) } else { motion(d, section, sound_speed) };
     let velocity = velocity(d, section, "velocity", sound_speed);
     let angular_velocity = section.vector(d, "angular_velocity", "rad/s");
     let sound = section.choice(d, "acceleration", SOUNDS);
@@ -229,7 +229,7 @@ fn breakable(
     breaking
 }
 
-fn motion(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Motion> {
+fn motion(d: &mut Decoder<'_>, section: &Section<'_>, sound_speed: f64) -> Option<Motion> {
     let motion = section.choice(d, "motion", &[("free", false), ("fixed", true)]);
     let press = section.number(d, "press", quantity::PRESS);
     let let_go = section.number(d, "let_go", Quantity::between(0.0, 1e9, "s"));
@@ -250,7 +250,7 @@ fn motion(d: &mut Decoder<'_>, section: &Section<'_>) -> Option<Motion> {
     section.exclude(d, "orientation", "keyframes", "`keyframes`, which hold their own");
     section.exclude(d, "positions", "keyframes", "`keyframes`");
     section.exclude(d, "count", "keyframes", "`keyframes`");
-    let track = body_track(d, &node)?;
+    let track = body_track(d, &node, sound_speed)?;
     Some(match (press, let_go) {
         (None, None) => Motion::Keyframed(track),
         _ => Motion::Guided(Guide { track, press, let_go }),

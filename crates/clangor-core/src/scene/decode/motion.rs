@@ -34,12 +34,23 @@ pub(super) fn orientation(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<DQuat>
     Some(DQuat::from_axis_angle(axis?, degrees?.to_radians()))
 }
 
-/// Keyframes of a body: time, position, orientation.
-pub(super) fn body_track(d: &mut Decoder<'_>, node: &Node<'_>) -> Option<Track> {
-    track(d, node, KEYFRAME_KEYS, |d, section| match section.get("orientation") {
+/// Keyframes of a body: time, position, orientation. It moves slower than sound.
+pub(super) fn body_track(d: &mut Decoder<'_>, node: &Node<'_>, sound_speed: f64) -> Option<Track> {
+    let track = track(d, node, KEYFRAME_KEYS, |d, section| match section.get("orientation") {
         Some(node) => orientation(d, &node),
         None => Some(DQuat::IDENTITY),
-    })
+    })?;
+    let mut slow = true;
+    for (index, pair) in track.keys().windows(2).enumerate() {
+        let speed = pair[1].pose.position.distance(pair[0].pose.position) / (pair[1].time - pair[0].time);
+        if speed >= sound_speed {
+            let key = node.elements(d, "").and_then(|nodes| nodes.into_iter().nth(index + 1));
+            let place = key.map_or_else(|| node.place(d), |key| key.place(d));
+            d.error(place, Problem::Supersonic { speed, sound_speed });
+            slow = false;
+        }
+    }
+    slow.then_some(track)
 }
 
 /// Keyframes whose orientation `orient` reads.

@@ -163,7 +163,7 @@ impl Block {
         for &index in group {
             let pair = &scene.pairs[index];
             let bodies = pair.bodies(scene.bodies);
-            let rest = rest_speed(&pair.coefficients.restitution, &scene.step, bodies);
+            let rest = rest_speed(pair, &scene.step, bodies);
             let slowest = compliance.modes.v_min.max(rest);
             let meeting: Vec<PointOfPair<'_>> = self
                 .points_of(index, pair)

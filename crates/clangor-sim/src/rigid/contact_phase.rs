@@ -82,7 +82,9 @@ impl ContactPhase {
         if self.reactions.has_brakes() {
             self.close_joints(&flight, &[])?;
         }
+        self.note_pushes(bodies, linkages);
         self.assemble_rows(bodies, pairs, step);
+        let flight = Flight { linkages, bodies, step };
         let sweeps = if self.rows.is_empty() && self.grips.is_empty() { 0 } else { self.sweep(step) };
         if sweeps > 0 {
             let swept = self.movers.clone();
@@ -172,6 +174,15 @@ impl ContactPhase {
             };
             balance.close(linkage, reactions, movers, (flight, &pressed))
         })
+    }
+
+    /// Of bodies on joints: what the forces of the step and the joints changed of the velocities.
+    fn note_pushes(&self, bodies: &mut [BodyState], linkages: &Linkages) {
+        for (index, body) in bodies.iter_mut().enumerate().filter(|(index, _)| linkages.of(*index).is_some())
+        {
+            let mover = &self.movers[index];
+            body.pushed = [mover.velocity - body.unforced[0], mover.spin - body.unforced[1]];
+        }
     }
 
     /// Sets up one row for each point that may bear in this step.

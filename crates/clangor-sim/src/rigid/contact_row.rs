@@ -102,7 +102,7 @@ impl<'a> PairContext<'a> {
             tangents: [t1, t2],
             half,
             fall,
-            rest: rest_speed(&pair.coefficients.restitution, step, (body_a, body_b)),
+            rest: rest_speed(pair, step, (body_a, body_b)),
             bent: bend(body_a, body_b) * half * half,
             unled: [body_a.mover(), body_b.mover()],
             gripped: body_a.grip().is_some() || body_b.grip().is_some(),
@@ -140,7 +140,9 @@ impl<'a> PairContext<'a> {
         };
         // What the pushes of this step added is no approach.
         let pushed = self.bodies.0.pushed_at(point.arm_a) - self.bodies.1.pushed_at(point.arm_b);
-        let met = if self.gripped { unled() } else { before } - pushed;
+        let (a, b) = (pair.key.a as usize, pair.key.b as usize);
+        let linked = self.reactions.holds(a) || self.reactions.holds(b);
+        let met = if self.gripped && !linked { unled() } else { before } - pushed;
         // Gap at the middle of the step.
         let gap = point.gap + (met.dot(normal) - self.fall) * (self.half - pair.reference);
         let parts = gap > 0.0 && speed > PARTING - 2.0 * gap / step.length && point.impulse_n == 0.0;
@@ -176,8 +178,6 @@ impl<'a> PairContext<'a> {
                 + point.arm_b.cross(along).dot(mover_b.inverse_inertia * point.arm_b.cross(across))
         };
         let [t1, t2] = self.tangents;
-        let (a, b) = (pair.key.a as usize, pair.key.b as usize);
-        let linked = self.reactions.holds(a) || self.reactions.holds(b);
         let free = [normal, t1, t2].map(|d| inverse_mass(d, d).recip());
         let (mass, coupling) = match linked {
             true => self.linked_masses([(a, point.arm_a), (b, point.arm_b)], normal, free),

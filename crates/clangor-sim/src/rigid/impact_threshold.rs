@@ -3,9 +3,7 @@
 //! A body that gravity, springs, loads or hands press against another one approaches it anew in every step,
 //! as fast as these accelerate it in one: that is rest, and no impact.
 
-use clangor_core::material::PairRestitution;
-
-use super::pair::Step;
+use super::pair::{ContactPoint, Pair, Step};
 use super::state::BodyState;
 
 /// Impacts of one pair in one step after which the contact phase takes over, so that a step ends.
@@ -18,16 +16,14 @@ const REST_SPEED_ELASTIC: f64 = 1e-6;
 const REST_STEPS: f64 = 4.0;
 
 /// Approach speed \[m/s\] below which a pair has no impacts.
-pub(super) fn rest_speed(
-    restitution: &PairRestitution,
-    step: &Step,
-    (a, b): (&BodyState, &BodyState),
-) -> f64 {
-    if restitution.is_lossless() {
+pub(super) fn rest_speed(pair: &Pair, step: &Step, (a, b): (&BodyState, &BodyState)) -> f64 {
+    if pair.coefficients.restitution.is_lossless() {
         return REST_SPEED_ELASTIC;
     }
-    let added = step.gravity.length() * step.length + a.pushed_speed() + b.pushed_speed();
-    REST_SPEED.max(REST_STEPS * added)
+    let pressed =
+        |point: &ContactPoint| (b.pushed_at(point.arm_b) - a.pushed_at(point.arm_a)).dot(pair.normal);
+    let pressed = pair.points.iter().map(pressed).fold(0.0, f64::max);
+    REST_SPEED.max(REST_STEPS * (step.gravity.length() * step.length + pressed))
 }
 
 /// Upper bound on the relative acceleration of two contact points due to rotation \[m/s²\].

@@ -69,7 +69,11 @@ pub(super) struct BodyState {
     pub(super) quiet: f64,
     /// Bodies that fell asleep together wake together.
     pub(super) island: usize,
-    /// What springs, loads and hands changed of both velocities in the last step [m/s, rad/s].
+    /// Velocities before the forces of the step [m/s, rad/s].
+    pub(super) unforced: [DVec3; 2],
+    /// What springs, loads and hands changed of them [m/s, rad/s]; of a body on joints, all forces with the
+    /// answer of its joints. In the contact phase those of this step, without hands; in the collision phase
+    /// those of the step before.
     pub(super) pushed: [DVec3; 2],
 }
 
@@ -181,6 +185,7 @@ impl BodyState {
             asleep: false,
             quiet: 0.0,
             island: usize::MAX,
+            unforced: [DVec3::ZERO; 2],
             pushed: [DVec3::ZERO; 2],
         })
     }
@@ -423,11 +428,6 @@ impl BodyState {
     /// What pushes changed of the velocity of the point at `arm` from the centre of mass \[m/s\].
     pub(super) fn pushed_at(&self, arm: DVec3) -> DVec3 {
         self.pushed[0] + self.pushed[1].cross(arm)
-    }
-
-    /// Upper bound of that of any of its points \[m/s\].
-    pub(super) fn pushed_speed(&self) -> f64 {
-        self.pushed[0].length() + self.pushed[1].length() * self.radius
     }
 
     /// Upper bound of the inverse effective mass at a point \[m, body frame\], in all directions \[1/kg\].

@@ -283,8 +283,9 @@ impl RigidWorld {
         self.contact.balance.begin(&self.bodies, &self.linkages);
         let mut placed: Vec<_> = self.springs.iter_mut().map(|spring| spring.place(&self.bodies)).collect();
         for body in self.bodies.iter_mut().filter(|b| b.is_awake()) {
-            body.velocity += self.gravity * step.length;
+            body.unforced = [body.velocity, body.angular_velocity];
             body.pushed = Default::default();
+            body.velocity += self.gravity * step.length;
         }
         for (spring, placed) in self.springs.iter().zip(&mut placed) {
             if let Some(placed) = placed {

@@ -165,8 +165,12 @@ fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) 
     // Points of the faces; they lie inside of a curved surface where the vertices lie on it.
     let area = |t: usize| 0.5 * mesh.area_vector(t).length();
     let part = (0..mesh.triangles.len()).map(area).sum::<f64>() / PARTS as f64;
-    for t in (0..mesh.triangles.len()).step_by(mesh.triangles.len().div_ceil(PARTS)) {
+    let stride = mesh.triangles.len().div_ceil(PARTS);
+    for t in 0..mesh.triangles.len() {
         let along = (area(t) / part).sqrt().ceil().clamp(1.0, MOST_ALONG) as usize;
+        if along == 1 && !t.is_multiple_of(stride) {
+            continue;
+        }
         for point in points_of_face(mesh.corners(t), along) {
             let image = image(point);
             let nearest = tree.nearest_where(mesh, image, reach, |_| true)?;

@@ -29,6 +29,8 @@ const ON_SURFACE: (f64, f64) = (0.02, 1e-4);
 const ON_PLANE: (f64, f64) = (0.1, 1e-3);
 /// Cosine of the angle of the two normals within which a contact is one with the plane.
 const ALONG: f64 = 0.9;
+/// Cosine from which on a normal points into a plane: those of edges lie across it.
+const ACROSS: f64 = 0.1;
 /// Margin on the largest impulse of two bodies that no listed contact presses on: contacts that last are not
 /// listed by all programs.
 const PAIR_MARGIN: f64 = 20.0;
@@ -207,7 +209,7 @@ pub fn check_contacts(
             row.body_b = plane;
             on_plane[plane.index()] += 1;
         }
-        check_planes(world, number, &row)?;
+        check_planes(world, number, &row, names_second, pose_of)?;
         let radius = |id: BodyId| Some(world.bodies.get(id.index())?.surface.bounding_radius());
         let size = [row.body_a, row.body_b].into_iter().filter_map(radius).fold(f64::INFINITY, f64::min);
         // Moved onto the first surface and then onto the second, the point must still be near the first.
@@ -319,17 +321,36 @@ fn check_physics(
     Ok(())
 }
 
-/// Refuses normals that point into a half-space.
-fn check_planes(world: &World, number: usize, row: &ContactRow) -> Result<(), ContactFault> {
+/// Refuses normals that point into a half-space: one of the bodies, or one on whose side of the first body a
+/// contact without a second lies.
+fn check_planes(
+    world: &World,
+    number: usize,
+    row: &ContactRow,
+    names_second: bool,
+    pose_of: PoseOf<'_>,
+) -> Result<(), ContactFault> {
+    let fault = |body: BodyId, plane: &Body| {
+        let body = world.bodies.get(body.index()).map_or_else(String::new, |body| body.name.clone());
+        Err(ContactFault::IntoPlane { row: number, body, plane: plane.name.clone() })
+    };
     for (id, other, out) in [(row.body_b, row.body_a, 1.0), (row.body_a, row.body_b, -1.0)] {
         let Some(plane) = world.bodies.get(id.index()) else { continue };
         let is_half_space = matches!(*plane.surface, Surface::HalfSpace);
-        if is_half_space && out * upward(plane).dot(row.normal) < 0.0 {
-            let body = world.bodies.get(other.index()).map_or_else(String::new, |body| body.name.clone());
-            return Err(ContactFault::IntoPlane { row: number, body, plane: plane.name.clone() });
+        if is_half_space && out * upward(plane).dot(row.normal) < -ACROSS {
+            return fault(other, plane);
         }
     }
-    Ok(())
+    if names_second || row.body_b != BodyId::WORLD {
+        return Ok(());
+    }
+    let turned = ContactRow { normal: -row.normal, ..*row };
+    let plane = plane_at(world, &turned).and_then(|id| world.bodies.get(id.index()));
+    let place = pose_of(row.body_a, row.time).map(|pose| pose.position);
+    match plane.zip(place) {
+        Some((plane, place)) if (row.point - place).dot(upward(plane)) < 0.0 => fault(row.body_a, plane),
+        _ => Ok(()),
+    }
 }
 
 /// Unit normal of a plane.
@@ -337,15 +358,12 @@ fn upward(plane: &Body) -> DVec3 {
     plane.pose.orientation * DVec3::Y
 }
 
-/// The plane on which a contact lies and along whose normal it pushes, out of it or into it.
+/// The plane on which a contact lies and against which it pushes.
 fn plane_at(world: &World, row: &ContactRow) -> Option<BodyId> {
     let size = world.bodies.get(row.body_a.index())?.surface.bounding_radius();
     let within = (ON_PLANE.0 * size).max(ON_PLANE.1);
     let height = |body: &Body| body.pose.body_from_world(row.point).y.abs();
-    let faces = |body: &Body| {
-        let along = upward(body).dot(row.normal);
-        along > ALONG || along < -ALONG && matches!(*body.surface, Surface::HalfSpace)
-    };
+    let faces = |body: &Body| upward(body).dot(row.normal) > ALONG;
     let planes = world.bodies.iter().enumerate().filter(|(_, body)| body.surface.is_plane() && faces(body));
     let nearest = planes.min_by(|(_, a), (_, b)| height(a).total_cmp(&height(b)));
     nearest.filter(|(_, plane)| height(plane) <= within).map(|(index, _)| BodyId(index as u32))

@@ -434,3 +434,20 @@ fn property_bodies_that_lie_deep_in_a_plane_are_told_with_row_and_depth() {
     assert!(notice.contains(&format!("ball lies up to {depth:.1} mm deep in the plane floor")), "{notice}");
     assert!(notice.contains(&format!("(row {row}, t = ")), "{notice}");
 }
+
+#[test]
+fn property_a_plate_on_the_floor_may_be_hit_from_above() {
+    let scene = SCENE
+        .replace("sphere:0.01", "box:0.2x0.003x0.2")
+        .replace("0.5, 0.0]\n[[body]]", "0.0015, 0.0]\n[[body]]");
+    let poses: String = (0..60).map(|k| format!("{},ball,0,0.0015,0\n", f64::from(k) / RATE)).collect();
+    let poses = format!("t,body,position_x,position_y,position_z\n{poses}");
+    let summary = |y: f64| {
+        let list = format!("{CONTACTS}0.1,ball,,0,{y},0,0,-1,0,0.001,0.1\n");
+        let folder = folder(&scene, &[("a.csv", &poses), ("list.csv", &list)]);
+        import(folder.path(), &["a.csv"], &["list.csv"], false)
+    };
+    assert!(summary(0.003).is_ok(), "{:?}", summary(0.003));
+    let message = summary(0.0).unwrap_err();
+    assert!(message.contains("the normal of the contact of ball points into the plane floor"), "{message}");
+}

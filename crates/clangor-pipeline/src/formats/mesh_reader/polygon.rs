@@ -16,6 +16,9 @@ use super::MeshFault;
 const TURNED: f64 = 1e-6;
 /// Most corners from which a fan is tried.
 const MOST_TRIED: usize = 64;
+/// Most corners of a polygon that is cut by ears: the time grows with their square, or cube where it crosses
+/// itself.
+const MOST_CORNERS: usize = 1000;
 
 /// Adds the triangles of a polygon whose corners are vertices of the mesh.
 pub(super) fn push_polygon(mesh: &mut TriMesh, corners: &[u32]) -> Result<(), MeshFault> {
@@ -45,11 +48,11 @@ fn fan(count: usize, first: usize) -> Vec<[usize; 3]> {
     (1..count - 1).map(|k| [first, (first + k) % count, (first + k + 1) % count]).collect()
 }
 
-/// The ears of a polygon, turned like its area vector; none where it has no plane.
+/// The ears of a polygon, turned like its area vector; none where it has no plane or too many corners.
 fn ears(places: &[DVec3], normal: DVec3) -> Vec<[usize; 3]> {
     let points: Vec<[f64; 3]> = places.iter().map(DVec3::to_array).collect();
     let (mut flat, mut corners) = (Vec::new(), Vec::<usize>::new());
-    if !project3d_to_2d(&points, points.len(), &mut flat) {
+    if points.len() > MOST_CORNERS || !project3d_to_2d(&points, points.len(), &mut flat) {
         return Vec::new();
     }
     Earcut::new().earcut(flat, &[], &mut corners);

@@ -116,6 +116,11 @@ fn strike_needs_no_more_than_a_body() {
     assert_eq!(usual, same);
     assert_eq!(usual["point_m"], serde_json::json!([0.0, 0.01, 0.0]));
     assert_eq!(usual["listener_m"], serde_json::json!([0.6, 0.8, 0.0]));
+    // Across its push a ball has no click, and no length of the sound helps.
+    let silent = "strike sphere:0.01 --material steel --listener 1,0,0 -o silent.csv";
+    let output = run(path, &silent.split_whitespace().collect::<Vec<_>>());
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("no sound in the direction of the listener"), "{message}");
     let [usual, same] = ["usual.csv", "same.csv"].map(|name| fs::read(path.join(name)).unwrap());
     assert_eq!(usual, same);
 }

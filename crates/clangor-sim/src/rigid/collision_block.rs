@@ -196,7 +196,7 @@ impl Block {
             let find = |body: u32| self.actors.iter().position(|actor| actor.body == body as usize);
             let (Some(a), Some(b)) = (find(pair.key.a), find(pair.key.b)) else { continue };
             let normal = pair.exact.normal;
-            let rest = rest_speed(pair, &scene.step, pair.bodies(scene.bodies));
+            let rest = rest_speed(&pair.coefficients.restitution, &scene.step);
             let whole = scene.compliance.as_ref().filter(|_| self.vibrates);
             let law = whole.map_or(pair.coefficients.restitution, |c| c.whole_restitution(pair));
             for point in &pair.exact.points {

@@ -162,9 +162,7 @@ impl Block {
         let mut reach: Option<f64> = None;
         for &index in group {
             let pair = &scene.pairs[index];
-            let bodies = pair.bodies(scene.bodies);
-            let rest = rest_speed(pair, &scene.step, bodies);
-            let slowest = compliance.modes.v_min.max(rest);
+            let slowest = compliance.modes.v_min.max(rest_speed(&pair.coefficients.restitution, &scene.step));
             let meeting: Vec<PointOfPair<'_>> = self
                 .points_of(index, pair)
                 .filter(|at| at.approach() > slowest && at.point.gap <= TOUCHING + TOGETHER * at.approach())

@@ -102,7 +102,7 @@ impl<'a> PairContext<'a> {
             tangents: [t1, t2],
             half,
             fall,
-            rest: rest_speed(pair, step, (body_a, body_b)),
+            rest: rest_speed(&pair.coefficients.restitution, step),
             bent: bend(body_a, body_b) * half * half,
             unled: [body_a.mover(), body_b.mover()],
             gripped: body_a.grip().is_some() || body_b.grip().is_some(),

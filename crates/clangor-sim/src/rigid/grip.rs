@@ -106,7 +106,7 @@ impl Grip {
 
     /// Adds the impulse to the body.
     pub(super) fn apply(&self, bodies: &mut [BodyState]) {
-        bodies[self.body].push_for_step(self.impulse[0], self.impulse[1]);
+        bodies[self.body].kick(self.impulse[0], self.impulse[1]);
     }
 
     pub(super) fn log(&self, bodies: &[BodyState], step: &Step, log: &mut StepLog) {

@@ -80,7 +80,7 @@ impl Predictions {
         }
         let start = a.last_hit.max(b.last_hit);
         let fall = (a.gravity(step.gravity) - b.gravity(step.gravity)).dot(pair.normal);
-        let rest = rest_speed(pair, step, (a, b));
+        let rest = rest_speed(&pair.coefficients.restitution, step);
         let away = pair.reference.max(step.length - pair.reference);
         let bend = bend(a, b);
         let (early, faster) = (bend * away * away, bend * away);
@@ -139,7 +139,7 @@ impl Predictions {
         let start = a.last_hit.max(b.last_hit);
         let normal = pair.exact.normal;
         let fall = (a.gravity(step.gravity) - b.gravity(step.gravity)).dot(normal);
-        let rest = rest_speed(pair, &step, (a, b));
+        let rest = rest_speed(&pair.coefficients.restitution, &step);
         let now_a = a.at(step.time, step.length, candidate.time, a.gravity(step.gravity));
         let now_b = b.at(step.time, step.length, candidate.time, b.gravity(step.gravity));
         let mut first: Option<(f64, f64)> = None;

@@ -71,9 +71,8 @@ pub(super) struct BodyState {
     pub(super) island: usize,
     /// Velocities before the forces of the step [m/s, rad/s].
     pub(super) unforced: [DVec3; 2],
-    /// What springs, loads and hands changed of them [m/s, rad/s]; of a body on joints, all forces with the
-    /// answer of its joints. In the contact phase those of this step, without hands; in the collision phase
-    /// those of the step before.
+    /// What springs and loads changed of them [m/s, rad/s]; of a body on joints, all forces with the
+    /// answer of its joints.
     pub(super) pushed: [DVec3; 2],
 }
 
@@ -417,7 +416,7 @@ impl BodyState {
         }
     }
 
-    /// Applies an impulse of a spring, a load or a hand: that of a whole step.
+    /// Applies an impulse of a spring or a load: that of a whole step.
     pub(super) fn push_for_step(&mut self, impulse: DVec3, angular: DVec3) {
         let before = [self.velocity, self.angular_velocity];
         self.kick(impulse, angular);

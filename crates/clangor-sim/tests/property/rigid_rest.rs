@@ -244,8 +244,8 @@ fn pressed_bodies_come_to_rest() {
                     "{name}, plane {on_plane}, {time_step} s: {early} loud steps in 0.3 s, {late} later, \
                      {speed:.1e} m/s at the end"
                 );
-                // Seen: 1 to 4 loud steps, none later; up to 8 where pushes do not count in the threshold.
-                assert!(early < 6 && late == 0, "{name}: {early}, {late}");
+                // Seen: 2 to 8 loud steps, none later; in every step where pushes count as approaches.
+                assert!(early < 20 && late == 0, "{name}: {early}, {late}");
                 assert!(speed < 1e-3, "{name}: {speed:e} m/s");
             }
         }

@@ -186,9 +186,7 @@ fn numbers_out_of_range() {
     );
     let [first, last] = ["{ time = 0, position = [0, 1, 0] }", "{ time = 0.1, position = [0, 40, 0] }"];
     refuse(
-        &format!(
-            "version = 1\n[[body]]\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\nkeyframes = [{first}, {last}]"
-        ),
+        &ball(&format!("keyframes = [{first}, {last}]")),
         &[("5:50", "body[0].keyframes[1]", "390 m/s is not slower than sound", "a lower speed")],
     );
     refuse(

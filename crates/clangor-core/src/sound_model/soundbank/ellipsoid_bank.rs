@@ -66,8 +66,8 @@ pub struct Proxy {
     pub semi_axes: DVec3,
     /// Index of the nearest ellipsoid of the bank.
     pub entry: usize,
-    /// The ellipsoids whose mean represents it: the neighbouring ones, or the nearest alone. Their weights sum
-    /// to 1, or to less for a body that is more slender than all of them.
+    /// The ellipsoids whose mean represents it: the neighbouring ones, or the nearest alone. Their weights
+    /// sum to 1, or to less for a body that is more slender than all of them.
     pub mean: [(usize, f64); 4],
     /// Radius R \[m\] of that ellipsoid's field.
     pub radius: f64,

@@ -1,4 +1,5 @@
-//! Quadrature rules: Gauss–Legendre on a line, Radon's on a triangle, Walkington's on a tetrahedron.
+//! Quadrature rules: Gauss–Legendre on a line, Radon's and equal parts on a triangle, Walkington's on a
+//! tetrahedron.
 
 use std::f64::consts::PI;
 
@@ -81,6 +82,17 @@ pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     rule
 }
 
+/// Centroids of the equal parts of a triangle, by the coordinates along two sides.
+pub(crate) fn parts_of_triangle(divisions: usize) -> impl Iterator<Item = [f64; 2]> {
+    let scale = 1.0 / divisions as f64;
+    let upward = move |i: usize, j: usize| [(i as f64 + 1.0 / 3.0) * scale, (j as f64 + 1.0 / 3.0) * scale];
+    let downward = move |i: usize, j: usize| [(i as f64 + 2.0 / 3.0) * scale, (j as f64 + 2.0 / 3.0) * scale];
+    (0..divisions).flat_map(move |i| {
+        let up = (0..divisions - i).map(move |j| upward(i, j));
+        up.chain((0..(divisions - i).saturating_sub(1)).map(move |j| downward(i, j)))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +123,16 @@ mod tests {
             let exact = 6.0 * factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 3);
             // Residual seen: 2e-16.
             assert!((sum - exact).abs() < 1e-15, "{a} {b} {c}: {sum} {exact}");
+        }
+    }
+
+    #[test]
+    fn parts_of_a_triangle_have_its_moments() {
+        for divisions in [1, 2, 5] {
+            let all: Vec<[f64; 2]> = parts_of_triangle(divisions).collect();
+            assert_eq!(all.len(), divisions * divisions);
+            let mean = all.iter().map(|[u, _]| u).sum::<f64>() / all.len() as f64;
+            assert!((mean - 1.0 / 3.0).abs() < 1e-14, "{mean}");
         }
     }
 }

@@ -23,6 +23,8 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
+use crate::quadrature::parts_of_triangle;
+
 /// Largest number of mirrored vertices, and of triangles of the quartic form.
 const SAMPLES: usize = 3000;
 /// Parts of the surface, each with a point of its own; of smaller faces at most as many.
@@ -171,8 +173,9 @@ fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) 
         if along == 1 && !t.is_multiple_of(stride) {
             continue;
         }
-        for point in points_of_face(mesh.corners(t), along) {
-            let image = image(point);
+        let [a, b, c] = mesh.corners(t);
+        for [u, v] in parts_of_triangle(along) {
+            let image = image(a + u * (b - a) + v * (c - a));
             let nearest = tree.nearest_where(mesh, image, reach, |_| true)?;
             distances.add(signed(image, &nearest), place(image));
             largest = largest.max(nearest.distance);
@@ -183,20 +186,6 @@ fn residual(mesh: &TriMesh, tree: &SurfaceTree, normal: DVec3, within: &Within) 
     }
     let is_noise = distances.mean() <= ROUGH * within.mean && distances.mean_of_patches() <= within.mean;
     is_noise.then_some(largest)
-}
-
-/// The centroids of the parts of a triangle, whose edges are divided into `along` equal parts.
-fn points_of_face([a, b, c]: [DVec3; 3], along: usize) -> impl Iterator<Item = DVec3> {
-    let place = move |i: usize, j: usize, third: f64| {
-        let [u, v] = [i, j].map(|k| (k as f64 + third / 3.0) / along as f64);
-        a + u * (b - a) + v * (c - a)
-    };
-    (0..along).flat_map(move |i| {
-        (0..along - i).flat_map(move |j| {
-            let turned = (i + j + 1 < along).then(|| place(i, j, 2.0));
-            [Some(place(i, j, 1.0)), turned].into_iter().flatten()
-        })
-    })
 }
 
 /// Signed distances from a surface \[m\].

@@ -56,6 +56,7 @@ pub(super) struct Row {
 /// What the rows of one pair have in common.
 pub(super) struct PairContext<'a> {
     index: usize,
+    /// The bodies, without what hands do in this step.
     bodies: (&'a BodyState, &'a BodyState),
     mover_a: &'a Mover,
     mover_b: &'a Mover,
@@ -72,8 +73,6 @@ pub(super) struct PairContext<'a> {
     bent: f64,
     /// Whether a hand leads a body with limited force.
     gripped: bool,
-    /// The bodies without what hands do in this step.
-    unled: [Mover; 2],
     /// Sum of the norms of the columns of both inverse inertias \[1/(kg m²)\].
     stiffest: f64,
 }
@@ -104,7 +103,6 @@ impl<'a> PairContext<'a> {
             fall,
             rest: rest_speed(&pair.coefficients.restitution, step),
             bent: bend(body_a, body_b) * half * half,
-            unled: [body_a.mover(), body_b.mover()],
             gripped: body_a.grip().is_some() || body_b.grip().is_some(),
             stiffest: spin.x_axis.length() + spin.y_axis.length() + spin.z_axis.length(),
         }
@@ -135,7 +133,7 @@ impl<'a> PairContext<'a> {
             - mover_b.spin.cross(point.arm_b);
         let speed = before.dot(normal);
         let unled = || {
-            let [a, b] = &self.unled;
+            let (a, b) = (self.bodies.0.mover(), self.bodies.1.mover());
             a.velocity_at(point.arm_a) - b.velocity_at(point.arm_b)
         };
         // What the pushes of this step added is no approach.

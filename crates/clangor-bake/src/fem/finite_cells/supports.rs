@@ -15,6 +15,7 @@ use glam::DVec3;
 use super::FiniteCells;
 use crate::fem::ElasticConstants;
 use crate::fem::supports::{Holding, PointSpring, SupportError, check};
+use crate::quadrature::parts_of_triangle;
 
 /// β t/E.
 const CLAMP: f64 = 100.0;
@@ -84,7 +85,7 @@ impl FiniteCells {
             let side = a.distance(b).max(b.distance(c)).max(c.distance(a));
             let divisions = ((side / longest).ceil() as usize).clamp(1, MOST_DIVISIONS);
             let area = 0.5 * (b - a).cross(c - a).length() / (divisions * divisions) as f64;
-            for [u, v] in centroids(divisions) {
+            for [u, v] in parts_of_triangle(divisions) {
                 let place = a + u * (b - a) + v * (c - a);
                 let distance = support.region.distance(place);
                 if distance == 0.0 {
@@ -108,31 +109,5 @@ impl FiniteCells {
         let scaled = (point - self.grid.origin) / self.grid.edge;
         let held = |place| self.body.cells.binary_search_by_key(&place, |cell| cell.place).is_ok();
         self.grid.place(scaled).is_some_and(held)
-    }
-}
-
-/// Centroids of the equal parts of a triangle, by the coordinates along two sides.
-fn centroids(divisions: usize) -> impl Iterator<Item = [f64; 2]> {
-    let scale = 1.0 / divisions as f64;
-    let upward = move |i: usize, j: usize| [(i as f64 + 1.0 / 3.0) * scale, (j as f64 + 1.0 / 3.0) * scale];
-    let downward = move |i: usize, j: usize| [(i as f64 + 2.0 / 3.0) * scale, (j as f64 + 2.0 / 3.0) * scale];
-    (0..divisions).flat_map(move |i| {
-        let up = (0..divisions - i).map(move |j| upward(i, j));
-        up.chain((0..(divisions - i).saturating_sub(1)).map(move |j| downward(i, j)))
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::centroids;
-
-    #[test]
-    fn parts_of_a_triangle_have_its_moments() {
-        for divisions in [1, 2, 5] {
-            let all: Vec<[f64; 2]> = centroids(divisions).collect();
-            assert_eq!(all.len(), divisions * divisions);
-            let mean = all.iter().map(|[u, _]| u).sum::<f64>() / all.len() as f64;
-            assert!((mean - 1.0 / 3.0).abs() < 1e-14, "{mean}");
-        }
     }
 }

@@ -45,6 +45,7 @@ use crate::effort::Effort;
 use crate::mesh::remesh::SymmetricMesh;
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
+pub(crate) mod adjoint_multipoles;
 mod dense_system;
 mod far;
 pub mod field;

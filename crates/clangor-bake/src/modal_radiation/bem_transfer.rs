@@ -35,6 +35,7 @@ use rayon::prelude::*;
 use super::truncation::last_order;
 use super::{ModalMotion, ModalSolver, check};
 use crate::acceleration::has_cavities;
+use crate::bem::triangles::adjoint_multipoles::LoneMotion;
 use crate::bem::triangles::{Equation, MOST_ORDER, TriangleSolver};
 use crate::cost::operations::{self, MANY, PER_SECOND};
 use crate::effort::Effort;
@@ -209,7 +210,7 @@ impl ModalSolver for BemModalSolver {
                 continue;
             }
             let wavenumbers: Vec<f64> = own.iter().map(|i| wavenumber(*i)).collect();
-            let rungs = rungs(&wavenumbers, self.spacing / radius);
+            let mut rungs = rungs(&wavenumbers, self.spacing / radius);
             let highest = rungs.iter().map(|rung| rung.wavenumber).fold(0.0, f64::max);
             let solver = match self.effort {
                 Effort::Exact => {
@@ -226,7 +227,20 @@ impl ModalSolver for BemModalSolver {
             let mut sums: Vec<Vec<Complex64>> =
                 orders.iter().map(|n| vec![Complex64::ZERO; (n + 1) * (n + 1)]).collect();
             let most = orders.iter().copied().max().unwrap_or(0);
-            let harmonics = solver.surface_harmonics(most, radius);
+            // A draft with a system for each mode.
+            if self.effort == Effort::Draft && rungs.len() == own.len() {
+                let lone = |(at, i): (usize, &usize)| LoneMotion {
+                    wavenumber: wavenumber(*i),
+                    order: orders[at],
+                    loads: &loads[at],
+                };
+                let lone: Vec<LoneMotion<'_>> = own.iter().enumerate().map(lone).collect();
+                let count = own.len() as f64;
+                let mut on_progress = |done: f64| progress(before + (done * count) as usize);
+                sums = solver.radiate_each(&lone, radius, &mut on_progress)?;
+                rungs.clear();
+            }
+            let harmonics = if rungs.is_empty() { None } else { solver.surface_harmonics(most, radius) };
             let entries = solver.unknowns() * solver.unknowns() * band.mesh.images().len();
             let together = (MEMORY.saturating_sub(solver.table_bytes()) / (entries.max(1) * 8))
                 .clamp(1, rayon::current_num_threads().max(1));

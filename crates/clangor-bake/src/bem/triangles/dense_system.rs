@@ -5,7 +5,7 @@ use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::linalg::matmul::matmul;
 use faer::perm::PermRef;
 use faer::{Accum, MatMut, MatRef, Par};
-use num_complex::Complex32;
+use num_complex::{Complex32, Complex64};
 
 /// Equations of the six motions at one wavenumber, lengths in R.
 #[derive(Clone, Debug)]
@@ -121,4 +121,53 @@ pub(super) fn product(matrix: &[Complex32], size: usize, vectors: &[Complex32]) 
         Par::Seq,
     );
     product
+}
+
+/// The sums of products of columns, Σᵢ aᵢ bᵢ, for each pair of `left` and `right`, column by column of `left`.
+/// They are formed in double precision: high multipoles are small differences.
+pub(super) fn paired_sums(left: &[Complex32], right: &[Complex64], size: usize) -> Vec<Complex64> {
+    /// Columns that are widened at once, so that they stay in the cache.
+    const TOGETHER: usize = 16;
+    let [lefts, rights] = [left.len(), right.len()].map(|length| length / size.max(1));
+    let mut sums = vec![Complex64::ZERO; lefts * rights];
+    let others = MatRef::from_column_major_slice(right, size, rights);
+    let blocks = left.chunks(TOGETHER * size.max(1)).zip(sums.chunks_mut(TOGETHER * rights.max(1)));
+    let mut wide: Vec<Complex64> = Vec::new();
+    for (block, sums) in blocks {
+        wide.clear();
+        wide.extend(block.iter().map(|z| Complex64::new(f64::from(z.re), f64::from(z.im))));
+        let columns = block.len() / size.max(1);
+        matmul(
+            MatMut::from_column_major_slice_mut(sums, rights, columns),
+            Accum::Replace,
+            others.transpose(),
+            MatRef::from_column_major_slice(&wide, size, columns),
+            Complex64::new(1.0, 0.0),
+            Par::Seq,
+        );
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_of_pairs_are_those_of_each_pair() {
+        let (size, lefts, rights) = (5, 37, 3);
+        let value = |i: usize| Complex64::new((0.7 * i as f64).sin(), (1.3 * i as f64).cos());
+        let left: Vec<Complex32> = (0..size * lefts).map(|i| Complex32::new(i as f32, -0.5)).collect();
+        let right: Vec<Complex64> = (0..size * rights).map(value).collect();
+        let sums = paired_sums(&left, &right, size);
+        assert_eq!(sums.len(), lefts * rights);
+        for (a, left) in left.chunks(size).enumerate() {
+            for (b, right) in right.chunks(size).enumerate() {
+                let pairs = left.iter().zip(right);
+                let sum: Complex64 =
+                    pairs.map(|(x, y)| Complex64::new(f64::from(x.re), f64::from(x.im)) * y).sum();
+                assert!((sums[a * rights + b] - sum).norm() < 1e-11 * (1.0 + sum.norm()), "{a} {b}");
+            }
+        }
+    }
 }

@@ -21,7 +21,7 @@ use clangor_core::math::spherical_harmonics::{count, solid_harmonics};
 use glam::{DMat3, DVec3};
 use num_complex::Complex64;
 
-use super::dense_system::ClassSystem;
+use super::dense_system::{ClassSystem, paired_sums};
 use super::incident_waves::SurfaceHarmonics;
 use super::parity_classes::ParityClass;
 use super::{TriangleSolver, narrow, widen};
@@ -74,24 +74,20 @@ impl TriangleSolver {
         for ((((class, matrix), right), harmonics), folded) in systems.zip(&members).zip(&folded) {
             // Dense solve for the fewer of harmonics and motions, then reciprocity: coefficients are
             // products of the incident waves with the loads about the inverse.
-            let size = class.size.max(1);
-            if folded.len() < harmonics.len() {
-                let loads = folded.iter().flat_map(|f| f.loads.iter().map(|w| narrow((*w).into()))).collect();
-                let solution = ClassSystem { size: class.size, matrix, right: loads }.solve_transposed();
-                for (Folded { motion, .. }, pressure) in folded.iter().zip(solution.chunks_exact(size)) {
-                    for (harmonic, wave) in harmonics.iter().zip(right.chunks_exact(size)) {
-                        let sum: Complex64 =
-                            pressure.iter().zip(wave).map(|(p, u)| widen(*p) * widen(*u)).sum();
-                        coefficients[*motion][*harmonic] = sum / radius;
-                    }
-                }
-                continue;
-            }
-            let solution = ClassSystem { size: class.size, matrix, right }.solve();
-            for (harmonic, pressure) in harmonics.iter().zip(solution.chunks_exact(size)) {
-                for Folded { motion, loads } in folded {
-                    let sum: Complex64 = pressure.iter().zip(loads).map(|(p, w)| widen(*p) * *w).sum();
-                    coefficients[*motion][*harmonic] = sum / radius;
+            let motions = folded.iter().map(|f| f.motion);
+            let loads = folded.iter().flat_map(|f| f.loads.iter().map(|w| Complex64::from(*w)));
+            let sums = if folded.len() < harmonics.len() {
+                let right_of_motions = loads.map(narrow).collect();
+                let system = ClassSystem { size: class.size, matrix, right: right_of_motions };
+                let solution: Vec<_> = system.solve_transposed().into_iter().map(widen).collect();
+                paired_sums(&right, &solution, class.size)
+            } else {
+                let solution = ClassSystem { size: class.size, matrix, right }.solve();
+                paired_sums(&solution, &loads.collect::<Vec<_>>(), class.size)
+            };
+            for (harmonic, sums) in harmonics.iter().zip(sums.chunks_exact(folded.len())) {
+                for (motion, sum) in motions.clone().zip(sums) {
+                    coefficients[motion][*harmonic] = sum / radius;
                 }
             }
         }

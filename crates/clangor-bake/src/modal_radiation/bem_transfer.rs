@@ -3,8 +3,8 @@
 //! By reciprocity ([`TriangleSolver::radiate`]) one factorisation serves all modes at its wavenumber. There
 //! are two strategies:
 //!
-//! * *direct*: one system for each mode, at its own wavenumber: for few modes, and for cavities, whose
-//!   resonances no ladder of wavenumbers resolves;
+//! * *direct*: one system for each mode, at its own wavenumber: for few modes, for cavities, whose resonances
+//!   no ladder of wavenumbers resolves, and for drafts, whose systems are small;
 //! * *ladder*: systems at wavenumbers Δκ apart, κ = kR. The multipoles of a mode are interpolated from the
 //!   six nearest by a polynomial of degree five. Multipoles normalised on the sphere of radius R, without
 //!   e^{−ikR}, are smooth in k: their delays, from any point of the body, are −R/c … R/c and echoes. At
@@ -82,9 +82,8 @@ pub struct BemModalSolver {
 /// Level error for given triangles.
 const ACCURACY: f64 = 0.01;
 
-/// Unknowns of a draft, and spacing in κ of its ladder.
+/// Unknowns of a draft.
 const DRAFT_UNKNOWNS: f64 = 320.0;
-const DRAFT_SPACING: f64 = 1.6;
 
 /// A mesh and its band.
 #[derive(Clone, Debug)]
@@ -143,7 +142,7 @@ impl BemModalSolver {
     }
 
     /// A draft for a body whose centre of mass is at the origin: one mesh of about 320 unknowns for all
-    /// modes, and no more systems for cavities. Above two edges per wavelength it says little.
+    /// modes. Above two edges per wavelength it says little.
     ///
     /// # Errors
     /// [`RemeshError::Input`] for a surface that bounds no solid.
@@ -154,7 +153,7 @@ impl BemModalSolver {
         let mesh = whole(draft_surface(&surface, DRAFT_UNKNOWNS).map_err(RemeshError::Input)?);
         Ok(BemModalSolver {
             bands: vec![Band { mesh, highest: f64::INFINITY }],
-            spacing: DRAFT_SPACING,
+            spacing: SOLID_SPACING,
             unit,
             accuracy: ACCURACY,
             effort: Effort::Draft,
@@ -188,6 +187,42 @@ impl BemModalSolver {
     }
 }
 
+impl BemModalSolver {
+    /// The transfers of a draft, each by a system of its own. Lengths of the surface in bounding radii.
+    fn draft_transfers(
+        &self,
+        surface: &ModalSurface,
+        motions: &[ModalMotion<'_>],
+        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<ModalTransfer>, RadiationError> {
+        let band = self.bands.first().ok_or(RadiationError::Empty)?;
+        let radius = surface.radius();
+        let wavenumbers: Vec<f64> = motions.iter().map(|motion| motion.wavenumber * self.unit).collect();
+        let highest = wavenumbers.iter().copied().fold(0.0, f64::max);
+        let solver = TriangleSolver::try_draft(&band.mesh.cell, highest)?;
+        let operator =
+            NormalVelocityProjection::new(surface, &band.mesh.cell).ok_or(RadiationError::Empty)?;
+        let loads: Vec<Vec<f64>> = motions.iter().map(|motion| operator.of(motion.shape)).collect();
+        let lone: Vec<LoneMotion<'_>> = wavenumbers
+            .iter()
+            .zip(&loads)
+            .map(|(k, loads)| LoneMotion { wavenumber: *k, order: order(k * radius), loads })
+            .collect();
+        let count = motions.len() as f64;
+        let mut on_progress = |done: f64| progress((done * count) as usize);
+        let sums = solver.radiate_each(&lone, radius, &mut on_progress)?;
+        let _ = progress(motions.len());
+        Ok(sums
+            .into_iter()
+            .zip(wavenumbers)
+            .map(|(mut sum, wavenumber)| {
+                sum.iter_mut().for_each(|c| *c /= radius);
+                trimmed(sum, wavenumber * radius)
+            })
+            .collect())
+    }
+}
+
 impl ModalSolver for BemModalSolver {
     fn transfers(
         &self,
@@ -201,6 +236,9 @@ impl ModalSolver for BemModalSolver {
         let surface = &ModalSurface { nodes, triangles: surface.triangles.clone() };
         let radius = surface.radius();
         let wavenumber = |motion: usize| motions[motion].wavenumber * self.unit;
+        if self.effort == Effort::Draft {
+            return self.draft_transfers(surface, motions, progress);
+        }
         let mut transfers = vec![ModalTransfer { order: 0, coefficients: Vec::new() }; motions.len()];
         let mut before = 0;
         // Each band with its modes: solver, and loads of the normal velocities.
@@ -210,16 +248,11 @@ impl ModalSolver for BemModalSolver {
                 continue;
             }
             let wavenumbers: Vec<f64> = own.iter().map(|i| wavenumber(*i)).collect();
-            let mut rungs = rungs(&wavenumbers, self.spacing / radius);
+            let rungs = rungs(&wavenumbers, self.spacing / radius);
             let highest = rungs.iter().map(|rung| rung.wavenumber).fold(0.0, f64::max);
-            let solver = match self.effort {
-                Effort::Exact => {
-                    let solver = TriangleSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?;
-                    let error = SWEEP_SHARE * self.accuracy;
-                    if rungs.len() >= MANY { solver.for_many_motions(highest, error) } else { solver }
-                }
-                Effort::Draft => TriangleSolver::try_draft(&band.mesh.cell, highest)?,
-            };
+            let solver = TriangleSolver::try_symmetric(&band.mesh, highest, Equation::BurtonMiller)?;
+            let error = SWEEP_SHARE * self.accuracy;
+            let solver = if rungs.len() >= MANY { solver.for_many_motions(highest, error) } else { solver };
             let mesh = band.mesh.whole().0;
             let operator = NormalVelocityProjection::new(surface, &mesh).ok_or(RadiationError::Empty)?;
             let loads: Vec<Vec<f64>> = own.iter().map(|i| operator.of(motions[*i].shape)).collect();
@@ -227,20 +260,7 @@ impl ModalSolver for BemModalSolver {
             let mut sums: Vec<Vec<Complex64>> =
                 orders.iter().map(|n| vec![Complex64::ZERO; (n + 1) * (n + 1)]).collect();
             let most = orders.iter().copied().max().unwrap_or(0);
-            // A draft with a system for each mode.
-            if self.effort == Effort::Draft && rungs.len() == own.len() {
-                let lone = |(at, i): (usize, &usize)| LoneMotion {
-                    wavenumber: wavenumber(*i),
-                    order: orders[at],
-                    loads: &loads[at],
-                };
-                let lone: Vec<LoneMotion<'_>> = own.iter().enumerate().map(lone).collect();
-                let count = own.len() as f64;
-                let mut on_progress = |done: f64| progress(before + (done * count) as usize);
-                sums = solver.radiate_each(&lone, radius, &mut on_progress)?;
-                rungs.clear();
-            }
-            let harmonics = if rungs.is_empty() { None } else { solver.surface_harmonics(most, radius) };
+            let harmonics = solver.surface_harmonics(most, radius);
             let entries = solver.unknowns() * solver.unknowns() * band.mesh.images().len();
             let together = (MEMORY.saturating_sub(solver.table_bytes()) / (entries.max(1) * 8))
                 .clamp(1, rayon::current_num_threads().max(1));
@@ -287,7 +307,7 @@ impl ModalSolver for BemModalSolver {
             let systems = [parities.min(4), parities];
             let operations = match self.effort {
                 Effort::Exact => operations::motions(unknowns, systems, solves as f64),
-                Effort::Draft => solves as f64 * operations::solve(unknowns, systems),
+                Effort::Draft => own.len() as f64 * operations::solve(unknowns, systems),
             };
             operations / PER_SECOND
         };

@@ -16,7 +16,8 @@
 //! Band, mesh error and medium follow from the body alone, so that motion does not depend on how a scene is
 //! rendered: air, 1 %, and the lower of 20 kHz and the frequency below which a plate of its area S and
 //! thickness has N = 150 modes. Above the band, the tail of the solver takes their place. In cells larger
-//! than the walls it is 5 %: the last per cents take a minute where walls meet at edges.
+//! than the walls it is 15 %, of the worst mode, which the first grid mostly meets: the impulses of a mug and
+//! a jug then are within 0.8 % of those with 2 %, which takes eight to thirteen times as long.
 //!
 //! ```text
 //! f_N = 2 N √(D/m″)/S
@@ -63,7 +64,7 @@ const RADIUS: f64 = 5e-3;
 /// Modes in the band of a body, by those of a plate.
 const MODES: f64 = 150.0;
 /// Mesh error of modes in cells.
-const ERROR_IN_CELLS: f64 = 0.05;
+const ERROR_IN_CELLS: f64 = 0.15;
 
 /// Operations that the modes of a body may take, by [`clangor_bake::cost`].
 const MOST_OPERATIONS: f64 = 40.0 * PER_SECOND;

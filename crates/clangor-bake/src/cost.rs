@@ -57,17 +57,10 @@ const MOST_FOR_WALLS: f64 = 3.0;
 const PATCH_UNKNOWNS: [f64; 2] = [100.0, 4.0];
 /// Triangles of a surface whose mirror planes are looked for.
 const MOST_TRIANGLES: usize = 20_000;
-/// Ratio of the mean wall to the longest extent below which a body is thin.
-const THIN: f64 = 0.1;
 /// Longest cell in shortest waves and in walls.
 const CELL: [f64; 2] = [0.5, 30.0];
 /// Work of a whole box in that of an octant of it, with eight parities.
 const MIRRORED: f64 = 8.0;
-/// Tetrahedra on the shortest wave, and across a wall.
-const TETRAHEDRA: [f64; 2] = [5.0, 1.5];
-/// Nodes of tetrahedra for each cube of their edge.
-const NODES_PER_CUBE: f64 = 16.0;
-
 /// Work of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FieldCost {
@@ -229,16 +222,12 @@ pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &
         return 2e8 * (modes + 4.0) * (1.0 + modes / 400.0);
     }
     let wave = shortest_wave(&constants, wall, limit) * (options.mesh_error / 0.01).powf(0.125);
-    let longest = 2.0 * geometry.bounding_radius();
-    let is_box = matches!(geometry, BakeGeometry::RoundedBox { round: 0.0, .. });
-    let found = if is_box || wall < THIN * longest {
-        let edge = (CELL[0] * wave).min(CELL[1] * wall).min(0.5 * longest);
-        let [_, nodes] = expected(area, volume, edge);
-        let unknowns = 3.0 * nodes.min(most);
-        if is_box { 500.0 * unknowns.powi(2) / MIRRORED } else { 1.5e4 * unknowns.powf(1.5) }
-    } else {
-        let edge = (wave / TETRAHEDRA[0]).min(wall * 1.5 / TETRAHEDRA[1]);
-        5.0 * (3.0 * (NODES_PER_CUBE * volume / edge.powi(3)).min(most)).powi(2)
+    let edge = (CELL[0] * wave).min(CELL[1] * wall).min(geometry.bounding_radius());
+    let [_, nodes] = expected(area, volume, edge);
+    let unknowns = 3.0 * nodes.min(most);
+    let found = match geometry {
+        BakeGeometry::RoundedBox { round: 0.0, .. } => 500.0 * unknowns.powi(2) / MIRRORED,
+        _ => 1.5e4 * unknowns.powf(1.5),
     };
     found * (1.0 + modes / 100.0)
 }

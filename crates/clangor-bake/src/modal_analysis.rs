@@ -21,7 +21,6 @@ mod plate_mesh;
 mod supported;
 mod volume_fem;
 
-use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
@@ -39,7 +38,7 @@ use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;
 use immersed_body::{CellEffort, ImmersedBody};
 pub use supported::{draft_supported_modal_analysis, supported_modal_analysis};
-use volume_fem::VolumeFem;
+use volume_fem::{Filling, VolumeFem};
 
 /// Settings of a modal analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -151,18 +150,6 @@ impl ModalAnalysisError {
     fn is_memory(&self) -> bool {
         matches!(self, ModalAnalysisError::Modes(ModalError::Memory { .. }))
     }
-
-    /// Whether more tetrahedra are needed than allowed, or none fit: cells need fewer nodes and no mesh.
-    fn is_unfillable(&self) -> bool {
-        use ModalAnalysisError::{Mesh, TooFine, TooLarge};
-        use StuffingError::{Tetrahedra, Unresolved};
-        matches!(
-            self,
-            TooFine { .. }
-                | TooLarge { .. }
-                | Mesh(StuffingError::TooFine { .. } | Unresolved { .. } | Tetrahedra(_))
-        )
-    }
 }
 
 /// Largest number of meshes.
@@ -242,26 +229,19 @@ fn analysed(
         let body = if solved == Solved::Part { body.by_mirrors(options.accuracy) } else { body };
         refined(&body, constants, options, progress).map(|pair| found(&body, solved, pair))
     };
+    let in_elements = |filling, progress: &mut dyn FnMut(&ModalAnalysisProgress) -> ControlFlow<()>| {
+        let body = VolumeFem::new(filling, constants, options.most_nodes);
+        refined(&body, constants, options, progress).map(|pair| found(&body, solved, pair))
+    };
     match choice {
         ModalChoice::Section(axisymmetry) => {
             let body = AxisymmetricBody::new(axisymmetry, constants);
             refined(&body, constants, options, progress).map(|pair| found(&body, solved, pair))
         }
         ModalChoice::Cells(surface) => in_cells(surface, progress),
-        ModalChoice::Tetrahedra(surface) => {
-            let choice = ModalChoice::Tetrahedra(Cow::Borrowed(&*surface));
-            let filled = VolumeFem::of(choice, constants, options.most_nodes).and_then(|body| {
-                refined(&body, constants, options, progress).map(|pair| found(&body, solved, pair))
-            });
-            match filled {
-                Err(error) if error.is_unfillable() => in_cells(surface, progress),
-                other => other,
-            }
-        }
-        other => {
-            let body = VolumeFem::of(other, constants, options.most_nodes)?;
-            refined(&body, constants, options, progress).map(|pair| found(&body, solved, pair))
-        }
+        ModalChoice::Ball(semi_axes) => in_elements(Filling::Ellipsoid(semi_axes), progress),
+        ModalChoice::Hexahedra(edges) => in_elements(Filling::Block(edges), progress),
+        ModalChoice::Prisms(plate) => in_elements(Filling::Plate(plate), progress),
     }
 }
 
@@ -279,7 +259,7 @@ pub fn draft_modal_analysis(
     check(options)?;
     let choice = geometry.modal_choice().map_err(StuffingError::Input)?;
     match choice {
-        ModalChoice::Tetrahedra(surface) | ModalChoice::Cells(surface) => {
+        ModalChoice::Cells(surface) => {
             // Without a search for mirror planes, which takes longer than a few cells.
             let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Draft)?;
             refined(&body, constants, options, progress).map(|(analysis, _)| analysis)

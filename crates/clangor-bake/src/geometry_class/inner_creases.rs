@@ -1,8 +1,8 @@
 //! Sharp inner edges where two walls meet, as at the bottom of a box.
 //!
 //! An edge is an inner one if each of its triangles lies in front of the other's plane. Both walls must go on
-//! for some of their thickness: the foot of a bowl or a step in a face is not a wall. Fillets of many small
-//! turns do not count.
+//! for some of their thickness: the foot of a bowl or a step in a face is not a wall. Of a compact body less
+//! is enough: its stress is singular at every such edge. Fillets of many small turns do not count.
 
 use std::collections::HashMap;
 
@@ -15,12 +15,16 @@ use crate::mesh::tetrahedra::isosurface_stuffing::wall_quantile;
 /// Cosine of the least turn of a sharp edge: 30°.
 const SHARP: f64 = 0.866;
 
-/// Least length of a wall across the edge, in its thickness, and largest distance of its end from the surface
-/// that counts as on it, in that length.
+/// Least length of a wall across the edge, in its thickness: of bodies that are thin or compact; and the
+/// largest distance of its end from the surface that counts as on it, in that length.
 const WALL: f64 = 2.0;
+const COMPACT_WALL: f64 = 0.5;
 const ON_SURFACE: f64 = 0.25;
 
-/// Length of sharp inner edges, in typical walls, from which on they matter.
+/// Thickness in the longest extent below which a body is thin.
+const THIN: f64 = 0.1;
+
+/// Length of sharp inner edges, in typical walls of a thin body, from which on they matter.
 const CREASED: f64 = 2.0;
 
 /// The walls of a body.
@@ -36,11 +40,14 @@ impl Walls {
     pub(crate) fn of(mesh: &TriMesh) -> Self {
         let tree = SurfaceTree::new(mesh);
         let thickness = wall_quantile(mesh, &tree, 0.5);
-        Walls { thickness, creased: inner_creases(mesh, &tree, thickness) >= CREASED * thickness }
+        let (low, high) = mesh.bounds();
+        let is_thin = thickness < THIN * (high - low).max_element();
+        let wall = if is_thin { WALL } else { COMPACT_WALL } * thickness;
+        Walls { thickness, creased: inner_creases(mesh, &tree, wall) >= CREASED * wall / WALL }
     }
 }
 
-/// Length of all sharp inner edges between walls of a thickness \[m\].
+/// Length of all sharp inner edges between walls that go on for a length \[m\].
 fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
     let mut sides: HashMap<[u32; 2], usize> = HashMap::with_capacity(3 * mesh.triangles.len());
     for (t, corners) in mesh.triangles.iter().enumerate() {
@@ -52,8 +59,8 @@ fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
     // Whether a triangle is part of a wall that goes on across its side from a to b.
     let goes_on = |t: usize, a: DVec3, b: DVec3| {
         let across = normal(t).cross(b - a).normalize_or_zero();
-        let end = 0.5 * (a + b) + WALL * wall * across;
-        tree.nearest(mesh, end).is_some_and(|n| n.position.distance(end) < ON_SURFACE * WALL * wall)
+        let end = 0.5 * (a + b) + wall * across;
+        tree.nearest(mesh, end).is_some_and(|n| n.position.distance(end) < ON_SURFACE * wall)
     };
     let mut length = 0.0;
     for (t, corners) in mesh.triangles.iter().enumerate() {
@@ -81,7 +88,7 @@ mod tests {
     fn convex_and_smooth_bodies_have_none() {
         for shape in ["box:0.1x0.2x0.05", "torus:0.03x0.01@0.001", "sphere:0.1@0.01"] {
             let mesh = Shape::parse(shape).expect("a shape").mesh();
-            assert_eq!(inner_creases(&mesh, &SurfaceTree::new(&mesh), 0.01), 0.0, "{shape}");
+            assert_eq!(inner_creases(&mesh, &SurfaceTree::new(&mesh), 0.02), 0.0, "{shape}");
         }
     }
 
@@ -99,8 +106,8 @@ mod tests {
             mesh.triangles.extend([[k, n, n + 6], [k, n + 6, k + 6]]);
         }
         let tree = SurfaceTree::new(&mesh);
-        assert!((inner_creases(&mesh, &tree, 0.4) - 1.0).abs() < 1e-15);
+        assert!((inner_creases(&mesh, &tree, 0.8) - 1.0).abs() < 1e-15);
         // Not if its walls are thought to be thicker than they are long.
-        assert_eq!(inner_creases(&mesh, &tree, 1.5), 0.0);
+        assert_eq!(inner_creases(&mesh, &tree, 3.0), 0.0);
     }
 }

@@ -3,9 +3,13 @@
 //! | class | field | modes | stress and fracture |
 //! |---|---|---|---|
 //! | ellipsoid | patches | section if of revolution about y, else tetrahedra | tetrahedra in a ball |
-//! | rounded box | patches | hexahedra; tetrahedra if rounded | grid of cells |
+//! | rounded box | patches | hexahedra; cells of order 4 if rounded | grid of cells |
 //! | axisymmetric | meridian | section | section, revolved |
-//! | mesh | triangles | prisms if flat, cells if thin, else tetrahedra | tetrahedra on a grid |
+//! | mesh | triangles | prisms if flat, else cells of order 4 | tetrahedra on a grid |
+//!
+//! Cells of order 4, cut by the surface, have fewer nodes than quadratic tetrahedra for compact bodies too. A
+//! stone of 19 × 5 × 12 cm in steel (81 920 triangles, 9 modes to 20 kHz) takes 585 nodes and 2 s of CPU time
+//! where tetrahedra for the same error of 1 % took 61 404 nodes and 62 s; frequencies agree to 0.1 %.
 
 use std::borrow::Cow;
 
@@ -17,7 +21,6 @@ use glam::DVec3;
 
 use super::bake_geometry::{Axisymmetry, BakeGeometry};
 use super::flat_plate::FlatPlate;
-use super::inner_creases::Walls;
 
 /// How the sound field around a body is discretized.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,10 +46,8 @@ pub enum ModalChoice<'a> {
     Hexahedra(DVec3),
     /// Prisms across a flat plate.
     Prisms(FlatPlate),
-    /// Cells larger than the walls of any closed surface.
+    /// Cells cut by any closed surface, larger than its walls.
     Cells(Cow<'a, TriMesh>),
-    /// Tetrahedra in any closed surface.
-    Tetrahedra(Cow<'a, TriMesh>),
 }
 
 /// How the body is filled for stress and fracture.
@@ -90,15 +91,14 @@ impl BakeGeometry {
             }
             BakeGeometry::RoundedBox { edges, round: 0.0 } => ModalChoice::Hexahedra(*edges),
             BakeGeometry::RoundedBox { edges, round } => {
-                ModalChoice::Tetrahedra(Cow::Owned(rounded_box_hull(*edges, *round)?))
+                ModalChoice::Cells(Cow::Owned(rounded_box_hull(*edges, *round)?))
             }
             BakeGeometry::Axisymmetric { meridian, axis } => {
                 ModalChoice::Section(Axisymmetry { meridian: Cow::Borrowed(meridian), axis: *axis })
             }
             BakeGeometry::Mesh(mesh) => match FlatPlate::of_mesh(mesh) {
                 Some(plate) => ModalChoice::Prisms(plate),
-                None if suits_cells(mesh) => ModalChoice::Cells(Cow::Borrowed(mesh)),
-                None => ModalChoice::Tetrahedra(Cow::Borrowed(mesh)),
+                None => ModalChoice::Cells(Cow::Borrowed(mesh)),
             },
         })
     }
@@ -114,16 +114,6 @@ impl BakeGeometry {
             BakeGeometry::Mesh(mesh) => FractureChoice::Tetrahedra(mesh),
         }
     }
-}
-
-/// Ratio of the typical wall to the longest extent below which a body is thin.
-const THIN: f64 = 0.1;
-
-/// Whether cells follow the walls of a body better than tetrahedra, which must be about as small as the wall:
-/// if these are thin.
-fn suits_cells(mesh: &TriMesh) -> bool {
-    let (low, high) = mesh.bounds();
-    Walls::of(mesh).thickness < THIN * (high - low).max_element()
 }
 
 /// A rounded box as triangles: the convex hull of a ball in each corner.

@@ -1,12 +1,11 @@
 //! The modes of a body that supports hold, in the discretization of the free body: boxes in hexahedra, plates
-//! in prisms, ellipsoids and compact surfaces in tetrahedra, thin ones in cells. A body of revolution is
-//! solved as the surface that it has, since its supports break the symmetry.
+//! in prisms, ellipsoids in tetrahedra, all other surfaces in cells. A body of revolution is solved as the
+//! surface that it has, since its supports break the symmetry.
 
-use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 use super::immersed_body::{CellEffort, ImmersedBody};
-use super::volume_fem::VolumeFem;
+use super::volume_fem::{Filling, VolumeFem};
 use super::{
     ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress, check, modal_analysis,
     refined,
@@ -71,28 +70,17 @@ fn supported_modal_analysis_by(
         }
         (other, _) => other,
     };
-    let in_cells = |surface| {
-        let body = ImmersedBody::new(surface, constants, options.most_nodes, effort)?.held_by(supports);
-        Ok(body)
-    };
     let most = options.most_nodes;
-    let cells: Result<ImmersedBody<'_>, ModalAnalysisError> = match (choice, effort) {
-        (ModalChoice::Cells(surface), _) | (ModalChoice::Tetrahedra(surface), CellEffort::Draft) => {
-            in_cells(surface)
-        }
-        (ModalChoice::Tetrahedra(surface), CellEffort::Accurate) => {
-            let choice = ModalChoice::Tetrahedra(Cow::Borrowed(&*surface));
-            let filled = VolumeFem::of(choice, constants, most)
-                .and_then(|body| refined(&body.held_by(supports), constants, options, progress));
-            match filled {
-                Err(error) if error.is_unfillable() => in_cells(surface),
-                other => return other.map(|(analysis, _)| analysis),
-            }
-        }
-        (other, _) => {
-            let body = VolumeFem::of(other, constants, most)?.held_by(supports);
+    let filling = match choice {
+        ModalChoice::Cells(surface) => {
+            let body = ImmersedBody::new(surface, constants, most, effort)?.held_by(supports);
             return refined(&body, constants, options, progress).map(|(analysis, _)| analysis);
         }
+        ModalChoice::Ball(semi_axes) => Filling::Ellipsoid(semi_axes),
+        ModalChoice::Hexahedra(edges) => Filling::Block(edges),
+        ModalChoice::Prisms(plate) => Filling::Plate(plate),
+        ModalChoice::Section(_) => return Err(ModalAnalysisError::Section),
     };
-    refined(&cells?, constants, options, progress).map(|(analysis, _)| analysis)
+    let body = VolumeFem::new(filling, constants, most).held_by(supports);
+    refined(&body, constants, options, progress).map(|(analysis, _)| analysis)
 }

@@ -1,18 +1,14 @@
-//! Volume finite elements: boxes with hexahedra, flat plates with prisms, ellipsoids with tetrahedra of a
-//! structured grid, all other
-//! bodies with tetrahedra by isosurface stuffing.
+//! Volume finite elements on meshes: boxes with hexahedra, flat plates with prisms, ellipsoids with tetrahedra
+//! of a structured grid. All other closed surfaces are in cells
+//! ([`immersed_body`](super::immersed_body)).
 //!
 //! Plates have one cell through the thickness where waves are long. Its displacements are quadratic, so the
 //! shear stress through the thickness is constant instead of parabolic, which raises a frequency by about
 //! 0.02 (2π t/λ)², t the thickness and λ the wavelength. Above five cells per wavelength, two cells of order
 //! 4 remove this error.
 
-use std::borrow::Cow;
 use std::f64::consts::PI;
 
-use clangor_core::geometry::mass_properties::MassProperties;
-use clangor_core::geometry::surface_tree::SurfaceTree;
-use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
@@ -26,15 +22,12 @@ use crate::fem::prisms::{Prisms, plate_of_prisms};
 use crate::fem::supports::{Holding, Support, SupportError, SupportKind};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::flat_plate::FlatPlate;
-use crate::geometry_class::solver_choice::ModalChoice;
-use crate::mesh::tetrahedra::isosurface_stuffing::{GRID_PER_WALL, StuffingError, stuff, wall_thickness};
+use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::mesh::tetrahedra::{TetMesh, ball, block};
 use crate::modal_analysis::eigensolver::{ModalError, Mode};
 
 /// Elements per shortest wavelength for an error of about 1 %.
 const ELEMENTS_PER_WAVE: f64 = 5.0;
-/// Ratio of wall thickness to longest extent below which a body is thin.
-const THIN: f64 = 0.1;
 /// Least number of elements along the longest extent.
 const LEAST_ELEMENTS: f64 = 6.0;
 /// Largest thickness of a box with one cell, in the edge length for the waves.
@@ -42,21 +35,15 @@ const ONE_CELL: f64 = 0.2;
 
 /// Tetrahedra of a ball before even division.
 const ICOSAHEDRON_FACES: f64 = 20.0;
-/// Tetrahedra of a body-centred cubic grid in a cube of its edge.
-const GRID_TETRAHEDRA: f64 = 12.0;
 /// Nodes per tetrahedron far from the surface; near it there are more.
 const NODES_PER_TETRAHEDRON: f64 = 4.0 / 3.0;
 
 /// Nodes of a level per triangle of a plate.
 const NODES_PER_PLATE_ELEMENT: f64 = 9.0;
 
-/// Refinement factor and attempts for a grid that loses too much volume.
-const COARSE_STEP: f64 = 0.55;
-const COARSE_TRIALS: i32 = 3;
-
 /// A body, and the lengths that set its mesh size.
 pub(super) struct VolumeFem<'a> {
-    form: Filling<'a>,
+    form: Filling,
     constants: &'a ElasticConstants,
     /// Longest extent \[m\].
     size: f64,
@@ -70,11 +57,13 @@ pub(super) struct VolumeFem<'a> {
     supports: &'a [Support],
 }
 
-enum Filling<'a> {
+/// What is filled with elements.
+pub(super) enum Filling {
+    /// Semi-axes \[m\].
     Ellipsoid(DVec3),
+    /// Full edges \[m\].
     Block(DVec3),
     Plate(FlatPlate),
-    Surface(Cow<'a, TriMesh>),
 }
 
 /// A mesh and its resolution.
@@ -91,61 +80,17 @@ pub(super) struct Filled {
 }
 
 impl<'a> VolumeFem<'a> {
-    /// Not for axisymmetric bodies, which are solved on their section.
-    pub(super) fn of(
-        choice: ModalChoice<'a>,
-        constants: &'a ElasticConstants,
-        most_nodes: usize,
-    ) -> Result<Self, ModalAnalysisError> {
-        Ok(match choice {
-            ModalChoice::Ball(semi_axes) => VolumeFem {
-                form: Filling::Ellipsoid(semi_axes),
-                constants,
-                size: 2.0 * semi_axes.max_element(),
-                wall: 2.0 * semi_axes.min_element(),
-                volume: 4.0 / 3.0 * PI * semi_axes.element_product(),
-                most_nodes,
-                supports: &[],
-            },
-            ModalChoice::Hexahedra(edges) => VolumeFem {
-                form: Filling::Block(edges),
-                constants,
-                size: edges.max_element(),
-                wall: edges.min_element(),
-                volume: edges.element_product(),
-                most_nodes,
-                supports: &[],
-            },
-            ModalChoice::Prisms(plate) => {
-                let size = plate.longest();
-                let (wall, volume) = (plate.thickness, plate.area() * plate.thickness);
-                VolumeFem {
-                    form: Filling::Plate(plate),
-                    constants,
-                    size,
-                    wall,
-                    volume,
-                    most_nodes,
-                    supports: &[],
-                }
-            }
-            ModalChoice::Tetrahedra(surface) => Self::of_surface(surface, constants, most_nodes)?,
-            ModalChoice::Cells(surface) => Self::of_surface(surface, constants, most_nodes)?,
-            ModalChoice::Section(_) => return Err(ModalAnalysisError::Section),
-        })
-    }
-
-    fn of_surface(
-        surface: Cow<'a, TriMesh>,
-        constants: &'a ElasticConstants,
-        most_nodes: usize,
-    ) -> Result<Self, StuffingError> {
-        let (low, high) = surface.bounds();
-        let wall = wall_thickness(&surface, &SurfaceTree::new(&surface));
-        let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
-        let size = (high - low).max_element();
-        let form = Filling::Surface(surface);
-        Ok(VolumeFem { form, constants, size, wall, volume, most_nodes, supports: &[] })
+    pub(super) fn new(form: Filling, constants: &'a ElasticConstants, most_nodes: usize) -> Self {
+        let (size, wall, volume) = match &form {
+            Filling::Ellipsoid(semi_axes) => (
+                2.0 * semi_axes.max_element(),
+                2.0 * semi_axes.min_element(),
+                4.0 / 3.0 * PI * semi_axes.element_product(),
+            ),
+            Filling::Block(edges) => (edges.max_element(), edges.min_element(), edges.element_product()),
+            Filling::Plate(plate) => (plate.longest(), plate.thickness, plate.area() * plate.thickness),
+        };
+        VolumeFem { form, constants, size, wall, volume, most_nodes, supports: &[] }
     }
 
     /// The same body, held.
@@ -209,10 +154,6 @@ impl<'a> VolumeFem<'a> {
                     NODES_PER_PLATE_ELEMENT * (2 * cells_across(self.wall, edge) + 1) as f64 * elements,
                 ]
             }
-            Filling::Surface(_) => {
-                let elements = GRID_TETRAHEDRA * self.volume / edge.min(GRID_PER_WALL * self.wall).powi(3);
-                [elements, NODES_PER_TETRAHEDRON * elements]
-            }
         }
     }
 
@@ -240,13 +181,6 @@ impl<'a> VolumeFem<'a> {
                 let part = Some(mirrored.part().map_err(broken)?);
                 let edge = (0..3).map(|a| edges[a] / cells[a] as f64).fold(0.0, f64::max);
                 Filled { mesh: block::block(*edges, cells).map_err(broken)?, edge, cells, part, prisms: None }
-            }
-            Filling::Surface(surface) => {
-                let (mesh, report) = stuff(surface, edge)?;
-                match mesh.parts() {
-                    1 => Filled { mesh, edge: report.edge, cells, part: None, prisms: None },
-                    parts => return Err(ModalAnalysisError::LooseParts(parts)),
-                }
             }
         })
     }
@@ -281,7 +215,6 @@ impl RefinableDiscretization for VolumeFem<'_> {
             Filling::Ellipsoid(_) => "quadratic tetrahedra in a divided icosahedron",
             Filling::Block(_) => "bricks of fourth order, of second across where thin",
             Filling::Plate(_) => "prisms of fourth order, of second across where thin",
-            Filling::Surface(_) => "quadratic tetrahedra in a body-centred cubic grid",
         }
     }
 
@@ -293,17 +226,11 @@ impl RefinableDiscretization for VolumeFem<'_> {
             // Near the edges of a plate, torsion varies over its thickness, which is shorter than a
             // hexahedron.
             Filling::Block(_) | Filling::Plate(_) => 2.0,
-            // Each grid cuts sharp edges differently.
-            Filling::Surface(_) => 2.0,
         }
     }
 
     fn first_ratio(&self) -> f64 {
-        match self.form {
-            // Walls already require a finer grid than waves.
-            Filling::Surface(_) if self.wall < THIN * self.size => 1.25,
-            _ => 1.5,
-        }
+        1.5
     }
 
     fn coarse(&self, limit: f64, accuracy: f64) -> Result<Filled, ModalAnalysisError> {
@@ -315,19 +242,6 @@ impl RefinableDiscretization for VolumeFem<'_> {
             Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge),
             Filling::Block(edges) => self.with_cells(box_cells(*edges, edge), edge),
             Filling::Plate(_) => self.with_cells([0; 3], edge),
-            Filling::Surface(_) => {
-                // Bodies with sharp edges lose much volume on a coarse grid.
-                let mut trial = self.with_cells([0; 3], edge);
-                for k in 1..COARSE_TRIALS {
-                    match trial {
-                        Err(ModalAnalysisError::Mesh(StuffingError::Unresolved { .. })) => {
-                            trial = self.with_cells([0; 3], edge * COARSE_STEP.powi(k));
-                        }
-                        _ => break,
-                    }
-                }
-                trial
-            }
         }
     }
 

@@ -1,5 +1,7 @@
 //! Errors of a simulation.
 
+use clangor_core::quantity::{readable, rounded};
+
 /// Why a simulation failed.
 #[derive(Debug, thiserror::Error)]
 pub enum SimulationError {
@@ -35,6 +37,32 @@ pub enum SimulationError {
         body: String,
         /// What is wrong with the body.
         reason: &'static str,
+    },
+    /// A hand or a load that is too strong for the time step.
+    #[error(
+        "a {what} of {} {unit} moves \"{body}\" by {} {way_unit} within a time step of {time_step} s, \
+         farther than contacts can follow; make it weaker, or time_step at most {} s",
+        readable(rounded(*size, 3)),
+        readable(rounded(*way, 2)),
+        readable(rounded(0.99 * longest, 2))
+    )]
+    PushedTooFar {
+        /// The body.
+        body: String,
+        /// Hand, force or torque.
+        what: &'static str,
+        /// Its largest value.
+        size: f64,
+        /// The unit of that.
+        unit: &'static str,
+        /// How far it moves the body in a step \[m, or rad\].
+        way: f64,
+        /// The unit of that.
+        way_unit: &'static str,
+        /// The step \[s\].
+        time_step: f64,
+        /// The longest step that would do \[s\].
+        longest: f64,
     },
     /// A setting is out of range.
     #[error("{setting} = {value:e} is not possible")]

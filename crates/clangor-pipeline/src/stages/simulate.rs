@@ -148,6 +148,7 @@ fn at_start(loaded: &LoadedScene, error: SimulationError) -> SimulateError {
         SimulationError::StartOverlap { b, time: 0.0, .. } => b,
         SimulationError::NotASphere { body, .. }
         | SimulationError::BadBody { body, .. }
+        | SimulationError::PushedTooFar { body, .. }
         | SimulationError::OpenJoint { body, .. } => body,
         _ => return SimulateError::Simulation(error),
     };

@@ -30,8 +30,6 @@ mod csv;
 mod jsonl;
 mod parquet;
 
-pub(crate) use csv::split as split_line;
-
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -108,6 +106,21 @@ pub enum LineFault {
         /// The name.
         name: String,
     },
+    /// A column of the header without a name.
+    #[error("column {column} of the header has no name; name it, or delete it (a separator too many?)")]
+    NoName {
+        /// Its number, from 1.
+        column: usize,
+    },
+    /// A first column without a name that is no number of the row.
+    #[error(
+        "the first column has no name, and is {text} here, which does not count the rows from 0; name it, \
+         or leave it out (pandas: to_csv(FILE, index=False))"
+    )]
+    Unnamed {
+        /// What is there.
+        text: String,
+    },
     /// A column given twice.
     #[error("column {name} comes twice")]
     Twice {
@@ -163,7 +176,7 @@ pub enum LineFault {
     #[error("the normal is zero; it points from body_b to body_a")]
     NoNormal,
     /// More or fewer values than the header has columns.
-    #[error("there are {values} values, but the header has {columns} columns")]
+    #[error("{}, but the header has {columns} columns", values_of(*values))]
     Width {
         /// Values on the line.
         values: usize,
@@ -178,6 +191,11 @@ pub enum LineFault {
         /// What is wrong.
         reason: String,
     },
+}
+
+/// How many values there are, for people.
+pub(crate) fn values_of(count: usize) -> String {
+    if count == 1 { "there is 1 value".into() } else { format!("there are {count} values") }
 }
 
 /// A contact of a list.

@@ -20,7 +20,8 @@
 //! | `lasting_contacts` | rows of lasting contact, by the modules above |
 //! | `parts` | impacts of a long recording, found in parts of time that overlap |
 //! | `free_falls` | the acceleration of bodies that fall |
-//! | `fall_units` | units of time and length, told by that acceleration |
+//! | `fall_units` | whether that acceleration is the gravity of the scene |
+//! | `file_units` | units of time and length, and which explain an acceleration |
 //! | `flights` | the motion of bodies of which only the impulses are listed |
 //! | `sunk_bodies` | bodies that lie deeper in planes than any solid could |
 //! | `list_clock` | times of a list that are probably no seconds |
@@ -31,7 +32,8 @@
 mod area_corners;
 pub mod contact_checks;
 mod edge_touches;
-pub mod fall_units;
+pub(crate) mod fall_units;
+pub mod file_units;
 pub(crate) mod flights;
 pub(crate) mod frame_checks;
 pub(crate) mod free_falls;

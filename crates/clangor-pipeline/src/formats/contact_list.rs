@@ -40,6 +40,7 @@ use glam::DVec3;
 
 use crate::formats::input_file::read_bounded;
 use crate::formats::record_table::RecordTableError;
+use crate::formats::separated_values::{ValueFault, values_of};
 
 /// Why a contact list could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -106,21 +107,9 @@ pub enum LineFault {
         /// The name.
         name: String,
     },
-    /// A column of the header without a name.
-    #[error("column {column} of the header has no name; name it, or delete it (a separator too many?)")]
-    NoName {
-        /// Its number, from 1.
-        column: usize,
-    },
-    /// A first column without a name that is no number of the row.
-    #[error(
-        "the first column has no name, and is {text} here, which does not count the rows from 0; name it, \
-         or leave it out (pandas: to_csv(FILE, index=False))"
-    )]
-    Unnamed {
-        /// What is there.
-        text: String,
-    },
+    /// A line that cannot be divided into values.
+    #[error(transparent)]
+    Values(#[from] ValueFault),
     /// A column given twice.
     #[error("column {name} comes twice")]
     Twice {
@@ -183,7 +172,7 @@ pub enum LineFault {
         /// Columns of the header.
         columns: usize,
     },
-    /// Broken quotes, or text that is no JSON.
+    /// Text that is no JSON.
     #[error("at column {column}: {reason}")]
     Syntax {
         /// Place in the line, from 1.
@@ -191,11 +180,6 @@ pub enum LineFault {
         /// What is wrong.
         reason: String,
     },
-}
-
-/// How many values there are, for people.
-pub(crate) fn values_of(count: usize) -> String {
-    if count == 1 { "there is 1 value".into() } else { format!("there are {count} values") }
 }
 
 /// A contact of a list.

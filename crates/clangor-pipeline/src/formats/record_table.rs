@@ -10,8 +10,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use crate::formats::contact_list::values_of;
-use crate::formats::separated_values::SeparatedValues;
+use crate::formats::separated_values::{SeparatedValues, values_of};
 
 /// Column in which pandas writes the numbers of rows to Parquet.
 const PANDAS_INDEX: &str = "__index_level_0__";

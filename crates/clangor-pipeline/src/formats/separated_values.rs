@@ -4,7 +4,33 @@
 //! do not separate, a number may have one for its decimal point. A first column without a name that counts
 //! the rows from 0, as pandas writes it, is left out.
 
-use super::contact_list::LineFault;
+/// What is wrong with a line of separated values.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ValueFault {
+    /// A column of the header without a name.
+    #[error("column {column} of the header has no name; name it, or delete it (a separator too many?)")]
+    NoName {
+        /// Its number, from 1.
+        column: usize,
+    },
+    /// A first column without a name that is no number of the row.
+    #[error(
+        "the first column has no name, and is {text} here, which does not count the rows from 0; name it, \
+         or leave it out (pandas: to_csv(FILE, index=False))"
+    )]
+    Unnamed {
+        /// What is there.
+        text: String,
+    },
+    /// Broken quotes.
+    #[error("at column {place}: {reason}")]
+    Quotes {
+        /// Place in the line, from 1.
+        place: usize,
+        /// What is wrong.
+        reason: String,
+    },
+}
 
 /// How the lines of a file are divided.
 #[derive(Clone, Copy, Debug)]
@@ -19,8 +45,8 @@ impl SeparatedValues {
     /// Of a file with this header, and the names of its columns.
     ///
     /// # Errors
-    /// [`LineFault`] for broken quotes and columns without a name.
-    pub(crate) fn of_header(line: &str) -> Result<(Self, Vec<String>), LineFault> {
+    /// [`ValueFault`] for broken quotes and columns without a name.
+    pub(crate) fn of_header(line: &str) -> Result<(Self, Vec<String>), ValueFault> {
         let separator = [',', ';', '\t'].into_iter().find(|separator| line.contains(*separator));
         let separator = separator.unwrap_or(',');
         let mut names = split(line, separator)?;
@@ -29,7 +55,7 @@ impl SeparatedValues {
             names.remove(0);
         }
         if let Some(place) = names.iter().position(String::is_empty) {
-            return Err(LineFault::NoName { column: place + 1 + usize::from(is_numbered) });
+            return Err(ValueFault::NoName { column: place + 1 + usize::from(is_numbered) });
         }
         Ok((SeparatedValues { separator, is_numbered, rows: 0 }, names))
     }
@@ -37,13 +63,13 @@ impl SeparatedValues {
     /// The values of the next line, one for each name.
     ///
     /// # Errors
-    /// [`LineFault`] for broken quotes, and where a column without a name does not count the rows.
-    pub(crate) fn next(&mut self, line: &str) -> Result<Vec<String>, LineFault> {
+    /// [`ValueFault`] for broken quotes, and where a column without a name does not count the rows.
+    pub(crate) fn next(&mut self, line: &str) -> Result<Vec<String>, ValueFault> {
         let mut values = split(line, self.separator)?;
         if self.is_numbered {
             let text = values.remove(0);
             if text.parse() != Ok(self.rows as f64) {
-                return Err(LineFault::Unnamed { text });
+                return Err(ValueFault::Unnamed { text });
             }
         }
         self.rows += 1;
@@ -65,8 +91,8 @@ fn point_for_comma(text: &mut String) {
 }
 
 /// The values of a line, spaces around them removed.
-fn split(line: &str, separator: char) -> Result<Vec<String>, LineFault> {
-    let syntax = |at: usize, reason: String| LineFault::Syntax { column: at + 1, reason };
+fn split(line: &str, separator: char) -> Result<Vec<String>, ValueFault> {
+    let syntax = |at: usize, reason: String| ValueFault::Quotes { place: at + 1, reason };
     // A tab is a separator and no space then.
     let is_space = |c: char| c.is_whitespace() && c != separator;
     let mut values = Vec::new();
@@ -115,4 +141,9 @@ fn unquote(text: &str) -> Option<(String, &str)> {
             None => return Some((value, after)),
         }
     }
+}
+
+/// How many values there are, for people.
+pub(crate) fn values_of(count: usize) -> String {
+    if count == 1 { "there is 1 value".into() } else { format!("there are {count} values") }
 }

@@ -23,7 +23,7 @@ use clangor_core::timeline::{PoseRow, TimelineSink};
 
 use super::imported_header::imported_header;
 use crate::formats::timeline_file::{TimelineSummary, TimelineWriter};
-use crate::motion::fall_units::FileUnits;
+use crate::motion::file_units::FileUnits;
 use crate::motion::frame_checks::notices;
 use crate::motion::impacts::MotionImpacts;
 use crate::motion::parts::{Part, PartSearch};

@@ -8,7 +8,8 @@ use clangor_core::body::BodyId;
 use clangor_core::quantity::COORDINATE;
 use glam::DVec3;
 
-use super::fall_units::{FileUnits, LikelyUnit, unit_of_body, unit_of_frames};
+use super::fall_units::{unit_of_body, unit_of_frames};
+use super::file_units::{FileUnits, LikelyUnit};
 use super::free_falls::FreeFalls;
 use super::pose_noise::PoseNoise;
 use super::recording::{Frame, MAX_TIME, RecordingError, RecordingNotice};

@@ -4,7 +4,8 @@ use clangor_core::body::BodyId;
 use clangor_core::pose::Pose;
 use clangor_core::quantity::{COORDINATE, readable, rounded};
 
-use super::fall_units::LikelyUnit;
+use super::file_units::LikelyUnit;
+pub use super::file_units::{LengthUnit, TimeUnit};
 
 /// Latest frame, as the longest duration of a scene \[s\].
 pub const MAX_TIME: f64 = 3600.0;
@@ -16,32 +17,6 @@ const CLOCK: f64 = 3e7;
 const HELD_FRAMES: u32 = 4;
 /// Length of such a frame, at most \[s\].
 const HELD_LENGTH: f64 = 1.0 / 24.0;
-
-/// Unit of length of a file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LengthUnit {
-    /// Its length \[m\].
-    pub metres: f64,
-}
-
-impl Default for LengthUnit {
-    fn default() -> Self {
-        LengthUnit { metres: 1.0 }
-    }
-}
-
-/// Unit of time of a file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TimeUnit {
-    /// Its length \[s\].
-    pub seconds: f64,
-}
-
-impl Default for TimeUnit {
-    fn default() -> Self {
-        TimeUnit { seconds: 1.0 }
-    }
-}
 
 /// Pose of a body at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]

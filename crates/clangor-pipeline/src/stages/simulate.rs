@@ -148,8 +148,8 @@ fn at_start(loaded: &LoadedScene, error: SimulationError) -> SimulateError {
         SimulationError::StartOverlap { b, time: 0.0, .. } => b,
         SimulationError::NotASphere { body, .. }
         | SimulationError::BadBody { body, .. }
-        | SimulationError::PushedTooFar { body, .. }
         | SimulationError::OpenJoint { body, .. } => body,
+        SimulationError::PushedTooFar(push) => &push.body,
         _ => return SimulateError::Simulation(error),
     };
     match loaded.scene.place_of(name) {

@@ -33,7 +33,7 @@ position = [0.3, 0.4, 0.4]
 
 /// What is said of bodies that are at rest 1 m high, at these places along x \[m\] from the sixth frame to
 /// the last of these, and far apart otherwise.
-fn told(bodies: &[(&str, f64)], frames: u32) -> Vec<String> {
+fn said(bodies: &[(&str, f64)], frames: u32) -> Vec<String> {
     let mut poses = "t,body,position_x,position_y,position_z\n".to_string();
     for k in 0..60 {
         for (place, (name, x)) in bodies.iter().enumerate() {
@@ -50,23 +50,23 @@ fn told(bodies: &[(&str, f64)], frames: u32) -> Vec<String> {
 fn property_bodies_that_stay_in_each_other_are_told_with_time_and_depth() {
     // Balls of 10 mm radius in the same place, and cubes of 20 mm.
     for (pair, depth) in [(["ball", "die"], 20.0), (["die", "block"], 20.0)] {
-        let notices = told(&[(pair[0], 0.0), (pair[1], 0.0)], 50);
+        let notices = said(&[(pair[0], 0.0), (pair[1], 0.0)], 50);
         let [notice] = &notices[..] else { panic!("{notices:?}") };
         assert!(notice.contains(&format!("{} and {} lie {depth:.1} mm", pair[0], pair[1])), "{notice}");
     }
     // 5 mm of 20.
-    let notices = told(&[("die", 0.0), ("block", 0.015)], 50);
+    let notices = said(&[("die", 0.0), ("block", 0.015)], 50);
     assert!(notices[0].contains("die and block lie 5.0 mm deep"), "{notices:?}");
-    let notices = told(&[("die", 0.0), ("block", 0.0), ("ball", 0.0)], 50);
+    let notices = said(&[("die", 0.0), ("block", 0.0), ("ball", 0.0)], 50);
     assert_eq!(notices.len(), 3, "{notices:?}");
 }
 
 #[test]
 fn property_contacts_and_short_overlaps_are_not_told() {
     for (a, b, gap) in [("die", "block", 0.0195), ("ball", "die", 0.0195), ("die", "block", 0.03)] {
-        assert_eq!(told(&[(a, 0.0), (b, gap)], 54), [""; 0], "{a} and {b} at {gap} m");
+        assert_eq!(said(&[(a, 0.0), (b, gap)], 54), [""; 0], "{a} and {b} at {gap} m");
     }
-    assert_eq!(told(&[("die", 0.0), ("block", 0.015)], 2), [""; 0], "two frames");
+    assert_eq!(said(&[("die", 0.0), ("block", 0.015)], 2), [""; 0], "two frames");
 }
 
 const HEAD: &str = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,impulse_t_x,\
@@ -106,6 +106,6 @@ fn property_contacts_that_two_lists_of_a_recording_share_are_told() {
         notices.into_iter().find(|notice| notice.contains("twice as loud"))
     };
     assert_eq!(said(&["one.csv"]), None);
-    let told = said(&["one.csv", "two.csv"]).unwrap();
-    assert!(told.contains("two.csv: row 2 and row 2 of ") && told.contains("one.csv have"), "{told}");
+    let said = said(&["one.csv", "two.csv"]).unwrap();
+    assert!(said.contains("two.csv: row 2 and row 2 of ") && said.contains("one.csv have"), "{said}");
 }

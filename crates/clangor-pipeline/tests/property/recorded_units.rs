@@ -1,5 +1,5 @@
-//! Recordings in other units than seconds and metres are told with the option that mends them; others are
-//! not.
+//! Recordings in other units than seconds and metres are warned of with the option that mends them; others
+//! are not.
 
 use std::fs;
 use std::path::Path;
@@ -84,10 +84,10 @@ fn property_times_that_are_no_seconds_are_told_with_their_option() {
         assert_eq!(warnings(&rows(rate, G, (1.0, 1.0))), [""; 0], "{rate} Hz");
         for (second, wanted) in [(1e3, "--time-scale 0.001".into()), (rate, format!("--time-scale 1/{rate}"))]
         {
-            let told = warnings(&rows(rate, G, (1.0, second)));
-            let [told] = &told[..] else { panic!("{rate} Hz, {second}: {told:?}") };
-            assert!(told.ends_with(&wanted) && told.contains("ball") && told.contains("a.csv"), "{told}");
-            assert!(!told.contains("--scale"), "{told}");
+            let said = warnings(&rows(rate, G, (1.0, second)));
+            let [said] = &said[..] else { panic!("{rate} Hz, {second}: {said:?}") };
+            assert!(said.ends_with(&wanted) && said.contains("ball") && said.contains("a.csv"), "{said}");
+            assert!(!said.contains("--scale"), "{said}");
         }
     }
 }
@@ -103,7 +103,7 @@ fn property_the_option_gives_the_motion_in_seconds() {
     for (a, b) in read.contacts.iter().zip(&expected.contacts) {
         assert!((a.time - b.time).abs() < 1e-12 && (a.impulse_n / b.impulse_n - 1.0).abs() < 1e-6);
     }
-    // An option that is wrong is told to be left out.
+    // An option that is wrong is refused or warned of.
     let refused = import_table(&csv(&rows(240.0, G, (1.0, 1.0))), unit).unwrap_err();
     assert!(refused.ends_with("leave out --time-scale"), "{refused}");
     let unit = (LengthUnit { metres: 0.01 }, TimeUnit::default());
@@ -115,8 +115,8 @@ fn property_the_option_gives_the_motion_in_seconds() {
 fn property_lengths_that_are_no_metres_are_told_with_their_option() {
     for rate in [60.0, 240.0, 1000.0] {
         for (metre, wanted) in [(100.0, "--scale 0.01"), (1.0 / 0.0254, "--scale 0.0254")] {
-            let told = warnings(&rows(rate, G, (metre, 1.0)));
-            assert!(told[0].ends_with(wanted), "{told:?}");
+            let said = warnings(&rows(rate, G, (metre, 1.0)));
+            assert!(said[0].ends_with(wanted), "{said:?}");
         }
         let refused = import_table(&csv(&rows(rate, G, (1e3, 1.0))), Default::default()).unwrap_err();
         assert!(refused.ends_with("--scale 0.001"), "{refused}");
@@ -125,8 +125,8 @@ fn property_lengths_that_are_no_metres_are_told_with_their_option() {
 
 #[test]
 fn property_other_gravity_and_slow_motion_are_told_and_rest_and_eased_keys_are_not() {
-    let told = warnings(&rows(240.0, 1.62, (1.0, 1.0)));
-    assert!(told[0].contains("1.62 m/s²") && told[0].contains("0.165 times"), "{told:?}");
+    let said = warnings(&rows(240.0, 1.62, (1.0, 1.0)));
+    assert!(said[0].contains("1.62 m/s²") && said[0].contains("0.165 times"), "{said:?}");
     assert!(warnings(&rows(240.0, G, (1.0, 4.0)))[0].contains("slow motion"));
     let moved = |height: &dyn Fn(f64) -> f64| -> Vec<String> {
         let rows = |rate: f64| {
@@ -150,16 +150,16 @@ fn property_tables_of_parquet_and_gltf_files_are_held_against_gravity_too() {
     let groups: Vec<(usize, &[f64])> = rows.iter().map(|row| (1, row.as_slice())).collect();
     write_alike(&path.join("a.parquet"), &COLUMNS, &groups, Compression::UNCOMPRESSED);
     let poses = vec![path.join("a.parquet")];
-    let told = import(path, MotionFiles { poses, ..MotionFiles::default() }).unwrap().warnings;
-    assert!(told[0].contains("a.parquet") && told[0].ends_with("--time-scale 0.001"), "{told:?}");
+    let said = import(path, MotionFiles { poses, ..MotionFiles::default() }).unwrap().warnings;
+    assert!(said[0].contains("a.parquet") && said[0].ends_with("--time-scale 0.001"), "{said:?}");
     let keys: Vec<f64> = rows.iter().map(|row| row[0]).collect();
     let values = rows.iter().flat_map(|row| [0.0, row[3] as f32 + 1.0, 0.0]).collect();
     let curve = Channel { path: "translation", interpolation: "LINEAR", keys, values };
     write_gltf(path, &json!({}), &[curve]);
     let gltf = || vec![path.join("a.gltf")];
-    let told = import(path, MotionFiles { gltf: gltf(), ..MotionFiles::default() }).unwrap().warnings;
-    assert!(told[0].contains("a.gltf") && told[0].contains("stone"), "{told:?}");
-    assert!(told[0].ends_with("--time-scale 0.001"), "{told:?}");
+    let said = import(path, MotionFiles { gltf: gltf(), ..MotionFiles::default() }).unwrap().warnings;
+    assert!(said[0].contains("a.gltf") && said[0].contains("stone"), "{said:?}");
+    assert!(said[0].ends_with("--time-scale 0.001"), "{said:?}");
     let time_unit = TimeUnit { seconds: 1e-3 };
     let read = import(path, MotionFiles { gltf: gltf(), time_unit, ..MotionFiles::default() }).unwrap();
     assert_eq!(read.warnings, [""; 0]);
@@ -169,7 +169,7 @@ fn property_tables_of_parquet_and_gltf_files_are_held_against_gravity_too() {
 fn property_lists_that_last_far_longer_than_their_scene_are_told() {
     let folder = folder(SCENE, &[]);
     let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
-    let told = |times: &[f64]| {
+    let said = |times: &[f64]| {
         let row = |t: &f64| format!("{t},ball,floor,0,0,0,0,1,0,0.01,0.5\n");
         let head = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n";
         let (list, out) = (folder.path().join("list.csv"), folder.path().join("out.timeline"));
@@ -177,8 +177,8 @@ fn property_lists_that_last_far_longer_than_their_scene_are_told() {
         let notices = import_contacts(&loaded, &list, ListedMotion::AtRest, &out, true).unwrap().notices;
         notices.into_iter().find(|notice| notice.contains("the scene lasts 2 s"))
     };
-    assert_eq!(told(&[0.3, 0.9, 1.7]), None);
-    assert_eq!(told(&[0.5, 20.5, 60.0]), None, "a long list of a scene without a duration");
-    assert!(told(&[316.0, 900.5, 1700.25]).unwrap().contains("t = 1700.25 s (row 4)"));
-    assert!(told(&[7.0, 12.0, 19.0, 40.0]).unwrap().contains("all times are whole"));
+    assert_eq!(said(&[0.3, 0.9, 1.7]), None);
+    assert_eq!(said(&[0.5, 20.5, 60.0]), None, "a long list of a scene without a duration");
+    assert!(said(&[316.0, 900.5, 1700.25]).unwrap().contains("t = 1700.25 s (row 4)"));
+    assert!(said(&[7.0, 12.0, 19.0, 40.0]).unwrap().contains("all times are whole"));
 }

@@ -13,9 +13,10 @@ use clangor_core::body::link::LoadCurve;
 use clangor_core::body::{Body, Guide, Link, Motion, World};
 use glam::DVec3;
 
-use super::world::START_OVERLAP;
-use crate::error::SimulationError;
+use crate::error::{FarPush, SimulationError};
 
+/// Largest overlap allowed at the start \[m\].
+pub(super) const START_OVERLAP: f64 = 1e-4;
 /// Farthest way of a load in a step, over the bounding radius.
 const WAY: f64 = 0.25;
 /// Largest angle of a load in a step \[rad\].
@@ -68,5 +69,14 @@ fn check(
     let longest = time_step * (most / way).sqrt();
     let way_unit = if unit == "N" { "m" } else { "rad" };
     let body = body.name.clone();
-    Err(SimulationError::PushedTooFar { body, what, size, unit, way, way_unit, time_step, longest })
+    Err(SimulationError::PushedTooFar(Box::new(FarPush {
+        body,
+        what,
+        size,
+        unit,
+        way,
+        way_unit,
+        time_step,
+        longest,
+    })))
 }

@@ -16,7 +16,7 @@ use super::contact_phase::ContactPhase;
 use super::linkage::Linkages;
 use super::load::Load;
 use super::pair::{Pair, PairScratch, Step};
-use super::push_limits::refuse_far_pushes;
+use super::push_limits::{START_OVERLAP, refuse_far_pushes};
 use super::shape::Shape;
 use super::sleep;
 use super::spring::Spring;
@@ -25,8 +25,6 @@ use super::step_log::StepLog;
 use super::stiff_spring;
 use crate::SimulationError;
 
-/// Largest overlap allowed at the start \[m\].
-pub(super) const START_OVERLAP: f64 = 1e-4;
 /// Joints that are open by more at the start are refused \[m, or rad\].
 const OPEN: f64 = 1e-6;
 /// Steps between two searches for islands that may sleep.

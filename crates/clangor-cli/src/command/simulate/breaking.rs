@@ -46,7 +46,7 @@ pub(in crate::command) fn say_energies(console: &Console, totals: &Totals) {
         console.say(format_args!(
             "{} whole; of impacts of {} J, {} J went into fractures: {} J into {} cm² of \
              cracks, {} J into the motion of pieces",
-            counted(totals.pieces as usize, "piece is", "pieces are"),
+            counted(totals.pieces, "piece is", "pieces are"),
             four_digits(totals.impact_energy),
             four_digits(totals.strain_energy),
             four_digits(totals.fracture_energy),

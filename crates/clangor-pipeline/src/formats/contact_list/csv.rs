@@ -58,13 +58,14 @@ pub(super) fn parse(text: &str) -> Parsed {
             continue;
         }
         let wrong = |fault| (number, fault);
+        let divided = |fault| (number, LineFault::from(fault));
         match &mut header {
             None => {
-                let (lines, names) = SeparatedValues::of_header(line).map_err(wrong)?;
+                let (lines, names) = SeparatedValues::of_header(line).map_err(divided)?;
                 header = Some((lines, parse_header(&names).map_err(wrong)?));
             }
             Some((lines, columns)) => {
-                let values = lines.next(line).map_err(wrong)?;
+                let values = lines.next(line).map_err(divided)?;
                 entries.push((number, parse_entry(columns, &values).map_err(wrong)?));
             }
         }

@@ -232,7 +232,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::motion::fall_units::FileUnits;
+    use crate::motion::file_units::FileUnits;
 
     /// A table of this many rows in an hour, with a body that has no frame for `gap` seconds.
     fn table(rows: u64, gap: f64) -> Survey {

@@ -11,6 +11,7 @@ pub mod modal_soundbank;
 pub mod model_cache;
 pub mod pose_table;
 pub mod record_table;
+pub mod separated_values;
 pub mod soundbank;
 pub mod timeline_file;
 pub mod wav;

@@ -19,15 +19,24 @@
 //! | `lasting_fit` | impulses of lasting contacts, shared by all points that touch |
 //! | `lasting_contacts` | rows of lasting contact, by the modules above |
 //! | `parts` | impacts of a long recording, found in parts of time that overlap |
+//! | `free_falls` | the acceleration of bodies that fall |
+//! | `fall_units` | whether that acceleration is the gravity of the scene |
+//! | `file_units` | units of time and length, and which explain an acceleration |
 //! | `flights` | the motion of bodies of which only the impulses are listed |
 //! | `sunk_bodies` | bodies that lie deeper in planes than any solid could |
+//! | `list_clock` | times of a list that are probably no seconds |
+//! | `nested_bodies` | bodies that lie deep in each other over several frames |
+//! | `repeated_contacts` | contacts that lists have twice |
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
 mod area_corners;
 pub mod contact_checks;
 mod edge_touches;
+pub(crate) mod fall_units;
+pub mod file_units;
 pub(crate) mod flights;
 pub(crate) mod frame_checks;
+pub(crate) mod free_falls;
 pub mod impacts;
 mod impulse_fit;
 mod jump_windows;
@@ -35,10 +44,13 @@ mod kinematics;
 mod lasting_contacts;
 mod lasting_fit;
 mod lasting_jumps;
+pub(crate) mod list_clock;
+pub(crate) mod nested_bodies;
 pub(crate) mod parts;
 mod parts_of_one;
 mod pose_noise;
 pub mod recording;
+pub(crate) mod repeated_contacts;
 pub(crate) mod sunk_bodies;
 mod touch;
 mod touching;

@@ -1,5 +1,7 @@
 //! Errors of a simulation.
 
+use clangor_core::quantity::{readable, rounded};
+
 /// Why a simulation failed.
 #[derive(Debug, thiserror::Error)]
 pub enum SimulationError {
@@ -36,6 +38,9 @@ pub enum SimulationError {
         /// What is wrong with the body.
         reason: &'static str,
     },
+    /// A hand or a load that is too strong for the time step.
+    #[error(transparent)]
+    PushedTooFar(Box<FarPush>),
     /// A setting is out of range.
     #[error("{setting} = {value:e} is not possible")]
     BadSetting {
@@ -121,4 +126,32 @@ pub enum SimulationError {
     /// The caller stopped the run.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// A push that moves a body too far within a time step.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "a {what} of {} {unit} moves \"{body}\" by {} {way_unit} within a time step of {time_step} s, \
+     farther than contacts can follow; make it weaker, or time_step at most {} s",
+    readable(rounded(*size, 3)),
+    readable(rounded(*way, 2)),
+    readable(rounded(0.95 * longest, 2))
+)]
+pub struct FarPush {
+    /// The body.
+    pub body: String,
+    /// Hand, force or torque.
+    pub what: &'static str,
+    /// Its largest value.
+    pub size: f64,
+    /// The unit of that.
+    pub unit: &'static str,
+    /// How far it moves the body in a step \[m, or rad\].
+    pub way: f64,
+    /// The unit of that.
+    pub way_unit: &'static str,
+    /// The step \[s\].
+    pub time_step: f64,
+    /// The longest step that would do \[s\].
+    pub longest: f64,
 }

@@ -26,7 +26,7 @@ mod simulate;
 mod solver_choice;
 pub mod spheres;
 
-pub use error::SimulationError;
+pub use error::{FarPush, SimulationError};
 pub use report::{BreakingReport, SimulationReport};
 pub use settings::SimulationSettings;
 #[cfg(feature = "rigid")]

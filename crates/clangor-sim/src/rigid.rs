@@ -45,6 +45,7 @@ mod mover;
 mod pair;
 mod prediction;
 mod pressed_balls;
+mod push_limits;
 mod reactions;
 mod replacement;
 

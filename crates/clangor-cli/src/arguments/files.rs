@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::models::{DeviceArgument, ModelArguments};
-use super::values::{length_unit, positive};
+use super::values::{length_unit, positive, time_unit};
 
 #[derive(Args)]
 pub(crate) struct Import {
@@ -72,6 +72,10 @@ pub(crate) struct RecordedMotion {
     /// couples of contact lists stay in N s and N m s
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = length_unit)]
     pub(crate) scale: f64,
+    /// Seconds per unit of time in all files: 0.001 for milliseconds, 1/24 for numbers of frames at 24 in a
+    /// second. Speeds of contact lists stay per second
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = time_unit)]
+    pub(crate) time_scale: f64,
     /// Write a row for each point of lasting contact in each frame, as with `rolling = true` in the scene
     #[arg(long)]
     pub(crate) raw_log: bool,

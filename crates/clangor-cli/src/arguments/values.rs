@@ -53,6 +53,14 @@ pub(super) fn length_unit(text: &str) -> Result<f64, String> {
     between(text, 1e-6, 1e6, "m")
 }
 
+/// Seconds per unit of time, as a number or a fraction like 1/24.
+pub(super) fn time_unit(text: &str) -> Result<f64, String> {
+    let (above, below) = text.split_once('/').unwrap_or((text, "1"));
+    let fraction = positive(above.trim())? / positive(below.trim())?;
+    let is_within = (1e-9..=1e3).contains(&fraction);
+    if is_within { Ok(fraction) } else { Err("must be from 1e-9 to 1e3 s".into()) }
+}
+
 /// The bounds of the scene format hold on the command line too.
 fn between(text: &str, low: f64, high: f64, unit: &str) -> Result<f64, String> {
     finite(text).and_then(|n| match (low..=high).contains(&n) {

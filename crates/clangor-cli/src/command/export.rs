@@ -45,7 +45,12 @@ fn motion(input: &Path, output: &Path, rate: f64, global: &Global, console: &Con
         let progress = console.progress("simulate", loaded.scene.simulation.duration);
         export_scene_gltf(&loaded, output, rate, &mut |t| progress.reached(t))?
     };
-    console.say(format_args!("{}: {} nodes, {} instants", output.display(), summary.nodes, summary.frames));
+    console.say(format_args!(
+        "{}: {}, {}",
+        output.display(),
+        counted(summary.nodes as usize, "node", "nodes"),
+        counted(summary.frames as usize, "instant", "instants")
+    ));
     console.json(
         &json!({ "gltf": output.display().to_string(), "nodes": summary.nodes, "frames": summary.frames }),
     );

@@ -5,7 +5,7 @@ use std::path::Path;
 use clangor_core::scene::diagnostic::Doubt;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
-use clangor_pipeline::motion::recording::LengthUnit;
+use clangor_pipeline::motion::recording::{LengthUnit, TimeUnit};
 use clangor_pipeline::stages::load::load_scene;
 use serde_json::json;
 
@@ -62,6 +62,7 @@ fn of_motion(common: &RecordedMotion) -> MotionFiles {
         contacts: common.contacts.clone(),
         z_up: common.up == UpAxis::Z,
         unit: LengthUnit { metres: common.scale },
+        time_unit: TimeUnit { seconds: common.time_scale },
         raw_log: common.raw_log,
         ..MotionFiles::default()
     }
@@ -83,6 +84,7 @@ fn motion(
         console.drawn(drawn);
     }
     let imported = import_motion(&loaded, files, output, *force).map_err(Failure::new)?;
+    imported.warnings.iter().for_each(|warning| console.warn(warning));
     imported.notices.iter().for_each(|notice| console.note(notice));
     let (moved, rows) = (imported.moved, &imported.rows);
     console.say(format_args!(
@@ -95,7 +97,7 @@ fn motion(
     let mut report = json!({
         "timeline": output.to_string_lossy(),
         "moved_bodies": moved, "pose_rows": rows.poses, "contact_rows": rows.contacts,
-        "notices": imported.notices,
+        "warnings": imported.warnings, "notices": imported.notices,
     });
     if let Some(found) = &imported.found {
         let impacts = found.confidence.len();

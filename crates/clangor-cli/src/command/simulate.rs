@@ -67,9 +67,9 @@ pub(crate) fn run(options: &Simulate, global: &Global, console: &Console) -> Res
 /// One line about a simulation.
 pub(super) fn say_simulated(console: &Console, report: &SimulationReport) {
     console.say(format_args!(
-        "simulated {} s: {} impacts, {} more slower than v_min, deepest overlap {:.2} µm",
+        "simulated {} s: {}, {} more slower than v_min, deepest overlap {:.2} µm",
         report.time,
-        report.impacts,
+        counted(report.impacts as usize, "impact", "impacts"),
         report.dropped_impacts,
         report.deepest_overlap * 1e6
     ));

@@ -30,8 +30,6 @@ mod csv;
 mod jsonl;
 mod parquet;
 
-pub(crate) use csv::split as split_line;
-
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -42,6 +40,7 @@ use glam::DVec3;
 
 use crate::formats::input_file::read_bounded;
 use crate::formats::record_table::RecordTableError;
+use crate::formats::separated_values::{ValueFault, values_of};
 
 /// Why a contact list could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -108,6 +107,9 @@ pub enum LineFault {
         /// The name.
         name: String,
     },
+    /// A line that cannot be divided into values.
+    #[error(transparent)]
+    Values(#[from] ValueFault),
     /// A column given twice.
     #[error("column {name} comes twice")]
     Twice {
@@ -163,14 +165,14 @@ pub enum LineFault {
     #[error("the normal is zero; it points from body_b to body_a")]
     NoNormal,
     /// More or fewer values than the header has columns.
-    #[error("there are {values} values, but the header has {columns} columns")]
+    #[error("{}, but the header has {columns} columns", values_of(*values))]
     Width {
         /// Values on the line.
         values: usize,
         /// Columns of the header.
         columns: usize,
     },
-    /// Broken quotes, or text that is no JSON.
+    /// Text that is no JSON.
     #[error("at column {column}: {reason}")]
     Syntax {
         /// Place in the line, from 1.

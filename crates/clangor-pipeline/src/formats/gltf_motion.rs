@@ -23,7 +23,7 @@ use crate::formats::input_file::read_bounded;
 use crate::formats::mesh_reader::gltf::document::{GltfFile, Node};
 use crate::formats::mesh_reader::gltf::{Placed, append_node, placed_nodes};
 use crate::formats::mesh_reader::{Located, MOST_BYTES, MeshFault, MeshFileError};
-use crate::motion::recording::{Frame, LengthUnit};
+use crate::motion::recording::{Frame, LengthUnit, TimeUnit};
 use curve::Curves;
 use frames::NodeMotion;
 use implicit_shape::{ImplicitShape, ShapeFault};
@@ -166,6 +166,21 @@ pub struct GltfMotion {
     pub first_key: Option<FirstKey>,
     /// Names of nodes that were left out with all below them.
     pub left_out: BTreeSet<String>,
+}
+
+impl GltfMotion {
+    /// Reads all times in another unit than seconds.
+    pub(crate) fn scale_times(&mut self, TimeUnit { seconds }: TimeUnit) {
+        for node in &mut self.nodes {
+            node.birth *= seconds;
+            node.death *= seconds;
+            node.frames.iter_mut().for_each(|frame| frame.time *= seconds);
+        }
+        if let Some(first) = &mut self.first_key {
+            first.time *= seconds;
+            first.spacing *= seconds;
+        }
+    }
 }
 
 /// Reads the nodes of the default scene, but for those of the names `leave_out` and all below them, from a

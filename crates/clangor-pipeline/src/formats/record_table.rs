@@ -1,4 +1,4 @@
-//! Tables that other programs write: comma-separated values (`.csv`), JSON lines (`.jsonl`) and Parquet
+//! Tables that other programs write: separated values (`.csv`), JSON lines (`.jsonl`) and Parquet
 //! (`.parquet`), as rows of texts and numbers.
 //!
 //! A vector in JSON becomes columns with the endings `_x`, `_y`, `_z` and `_w`. Parquet is read with the
@@ -10,8 +10,10 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use crate::formats::contact_list::split_line;
+use crate::formats::separated_values::{SeparatedValues, values_of};
 
+/// Column in which pandas writes the numbers of rows to Parquet.
+const PANDAS_INDEX: &str = "__index_level_0__";
 /// Endings of names of vector components.
 const COMPONENTS: [&str; 4] = ["_x", "_y", "_z", "_w"];
 
@@ -166,7 +168,7 @@ fn places<S: RowSink>(path: &Path, names: &[String], sink: &mut S) -> Result<Vec
             if std::mem::replace(&mut present[place], true) {
                 return Err(RecordTableError::Twice { path: path.into(), column: name.clone() }.into());
             }
-        } else if !sink.is_ignored(name) {
+        } else if name != PANDAS_INDEX && !sink.is_ignored(name) {
             unknown = unknown.or(Some(name));
         }
         places.push(place);
@@ -237,22 +239,22 @@ impl<'a> Lines<'a> {
 
 fn csv<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
     let mut lines = Lines::open(path, sink.most_rows())?;
-    let mut header: Option<Vec<Option<usize>>> = None;
+    let mut header: Option<(SeparatedValues, Vec<Option<usize>>)> = None;
     let mut cells = vec![Cell::Empty; sink.known().len()];
     while let Some((row, line)) = lines.next()? {
         let wrong = |reason: String| RecordTableError::Line { path: path.into(), line: row, reason };
-        let values = split_line(line).map_err(|fault| wrong(fault.to_string()))?;
-        let Some(places) = &header else {
-            header = Some(places(path, &values, sink)?);
+        let Some((lines, places)) = &mut header else {
+            let (lines, names) =
+                SeparatedValues::of_header(line).map_err(|fault| wrong(fault.to_string()))?;
+            header = Some((lines, places(path, &names, sink)?));
             continue;
         };
+        let values = lines.next(line).map_err(|fault| wrong(fault.to_string()))?;
         if values.len() != places.len() {
-            let (found, expected) = (values.len(), places.len());
-            return Err(
-                wrong(format!("there are {found} values, but the header has {expected} columns")).into()
-            );
+            let (found, expected) = (values_of(values.len()), places.len());
+            return Err(wrong(format!("{found}, but the header has {expected} columns")).into());
         }
-        for (value, place) in values.into_iter().zip(places) {
+        for (value, place) in values.into_iter().zip(places.iter()) {
             if let Some(place) = place {
                 cells[*place] = cell(value);
             }

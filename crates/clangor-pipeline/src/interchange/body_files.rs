@@ -12,7 +12,9 @@ use crate::formats::contact_list::{ContactListError, read_listed_contacts};
 use crate::formats::glb::{GlbError, GlbSummary, write_glb};
 use crate::formats::timeline_file::{TimelineError, TimelineReader, TimelineSummary, TimelineWriter};
 use crate::motion::contact_checks::{ContactFault, check_contacts, time_outside};
+use crate::motion::list_clock::long_clock;
 use crate::motion::recording::MAX_TIME;
+use crate::motion::repeated_contacts::RepeatedContacts;
 use crate::stages::load::LoadedScene;
 use crate::stages::simulate::{SimulateError, simulate_to_folder};
 
@@ -23,7 +25,10 @@ pub enum InterchangeError {
     #[error(transparent)]
     List(#[from] ContactListError),
     /// A contact at a time that no timeline has.
-    #[error("{path}, row {row}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
+    #[error(
+        "{path}, row {row}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s: give seconds \
+         from the beginning of the scene, no milliseconds or numbers of frames"
+    )]
     Time {
         /// The list.
         path: PathBuf,
@@ -115,9 +120,13 @@ pub fn import_contacts(
         Motion::Keyframed(track) => Some(track.sample(time).0),
     };
     let lines: Vec<usize> = rows.iter().map(|listed| listed.line).collect();
+    let twice = RepeatedContacts::default().look(list, &rows);
+    let long = long_clock(&rows, loaded.scene.simulation.duration);
     let (rows, notices) = check_contacts(&loaded.world, rows, &pose_of)
         .map_err(|fault| InterchangeError::Contact { path: list.into(), fault })?;
     let mut notices: Vec<String> = notices.iter().map(ToString::to_string).collect();
+    notices.extend(long.map(|notice| notice.to_string()));
+    notices.extend(twice.map(|notice| notice.to_string()));
     let duration = rows.last().map_or(0.0, |r| r.time).max(loaded.scene.simulation.duration);
     let header = imported_header(loaded, loaded.world.clone(), "contact list", duration, None);
     let has_effective_mass = rows.iter().any(|row| row.effective_mass.is_some());

@@ -29,8 +29,6 @@ const SAME_CENTRE: f64 = 1e-3;
 const SAME_HEIGHT: (f64, f64) = (1e-3, 0.01);
 /// Distances of keys after 0 at which a first key is early.
 const EARLY: f64 = 1.5;
-/// Diameter of the smallest moved body above which a file is probably not in metres \[m\].
-const LARGE: f64 = 1.0;
 /// Names in a notice; more are counted.
 const MOST_NAMES: usize = 5;
 
@@ -43,6 +41,8 @@ pub(super) struct NodeBodies {
     pub(super) kinematic: Vec<BodyId>,
     /// Names of those that are only shown and hidden.
     pub(super) only_shown: Vec<String>,
+    /// Diameter of the smallest of those that are moved and have their size from the file \[m\].
+    pub(super) smallest: Option<f64>,
     /// Nodes that are no bodies.
     pub(super) faults: Vec<GltfBodyFault>,
 }
@@ -73,23 +73,16 @@ pub(super) fn add_nodes(
             adder.added.faults.push(fault);
         }
     }
-    let Adder { added, notices, world, in_scene, .. } = adder;
-    notices.extend(large(world, &in_scene, &added.recorded));
-    added
+    let Adder { added, world, in_scene, .. } = adder;
+    NodeBodies { smallest: smallest(world, &in_scene, &added.recorded), ..added }
 }
 
-/// A notice of moved bodies of the file none of which is as small as what is usually heard.
-fn large(world: &World, in_scene: &BTreeMap<String, usize>, recorded: &[RecordedBody]) -> Option<String> {
+/// Diameter of the smallest moved body of which the scene does not give the size \[m\].
+fn smallest(world: &World, in_scene: &BTreeMap<String, usize>, recorded: &[RecordedBody]) -> Option<f64> {
     let bodies = recorded.iter().map(|body| &world.bodies[body.body.index()]);
     let of_file = bodies.filter(|body| !in_scene.contains_key(&body.name));
     let diameter = |body: &Body| 2.0 * body.surface.bounding_radius();
-    let smallest = of_file.map(diameter).fold(f64::INFINITY, f64::min);
-    (smallest > LARGE && smallest.is_finite()).then(|| {
-        format!(
-            "the smallest body that moves is {smallest:.1} m across; a file in centimetres needs \
-             --scale 0.01"
-        )
-    })
+    of_file.map(diameter).reduce(f64::min)
 }
 
 /// A notice of names that several nodes have.

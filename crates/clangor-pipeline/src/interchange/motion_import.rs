@@ -7,6 +7,7 @@
 //! order are kept in memory.
 
 mod error;
+mod falls;
 mod file_frame;
 mod lasting_log;
 mod listed;
@@ -22,12 +23,14 @@ use clangor_core::timeline::{PoseRow, TimelineSink};
 
 use super::imported_header::imported_header;
 use crate::formats::timeline_file::{TimelineSummary, TimelineWriter};
+use crate::motion::file_units::FileUnits;
 use crate::motion::frame_checks::notices;
 use crate::motion::impacts::MotionImpacts;
 use crate::motion::parts::{Part, PartSearch};
-use crate::motion::recording::{LengthUnit, RecordedBody};
+use crate::motion::recording::{LengthUnit, RecordedBody, TimeUnit};
 use crate::stages::load::LoadedScene;
 pub use error::MotionImportError;
+use falls::fall_remarks;
 use lasting_log::{lasting_log, noise_of_bodies};
 use listed::read_contacts;
 use pose_rows::pose_rows;
@@ -49,6 +52,8 @@ pub struct MotionFiles {
     /// Unit of length of all files: of the meshes, poses and inertia of glTF, of tables, and of the points,
     /// depths and speeds of contact lists, whose impulses and couples stay in N s and N m s.
     pub unit: LengthUnit,
+    /// Unit of time of all files. Speeds of contact lists stay in a unit of length per second.
+    pub time_unit: TimeUnit,
     /// Length of the parts in which a table is searched that is read as a stream \[s\]; by default that of
     /// half a million poses. The result does not depend on it.
     pub part_length: Option<f64>,
@@ -67,8 +72,17 @@ pub struct MotionSummary {
     pub moved: usize,
     /// What was found in the motion; `None` if contacts were recorded.
     pub found: Option<FoundImpacts>,
+    /// What is probably wrong.
+    pub warnings: Vec<String>,
     /// What should be known.
     pub notices: Vec<String>,
+}
+
+impl MotionFiles {
+    /// Units of all files.
+    fn units(&self) -> FileUnits {
+        FileUnits { length: self.unit, time: self.time_unit }
+    }
 }
 
 /// The impacts that were found in a motion; the timeline has their rows.
@@ -132,9 +146,12 @@ fn import_in_memory(
 ) -> Result<MotionSummary, MotionImportError> {
     let mut world = loaded.world.clone();
     let mut remarks = Vec::new();
-    let Recording { recorded, checks, from_gltf, held } =
+    let Recording { recorded, checks, paths, from_gltf, held, smallest } =
         read_recording(loaded, files, &mut world, &mut remarks)?;
     let name = |id: BodyId| name_of(&world, id);
+    let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+    let falls = fall_remarks(&world, files, (&checks, &paths), smallest);
+    remarks.extend(falls.size);
     remarks.extend(notices(&checks, from_gltf, &name).iter().map(ToString::to_string));
     if files.z_up && files.poses.is_empty() && files.contacts.is_empty() {
         remarks.push(
@@ -154,6 +171,7 @@ fn import_in_memory(
         summary.extend(&rows);
         remarks.extend(summary.remark(&world));
         remarks.extend(search.sunk.notices(&world).iter().map(ToString::to_string));
+        remarks.extend(search.nested.notices(&world).iter().map(ToString::to_string));
         found = Some(summary);
         (rows.contacts, rows.states)
     } else {
@@ -174,7 +192,13 @@ fn import_in_memory(
         writer.pose(&row).map_err(failed)?;
     }
     let rows = writer.finish()?;
-    Ok(MotionSummary { rows, moved: recorded.len() + held.len(), found, notices: remarks })
+    Ok(MotionSummary {
+        rows,
+        moved: recorded.len() + held.len(),
+        found,
+        warnings: falls.warnings,
+        notices: remarks,
+    })
 }
 
 fn name_of(world: &World, id: BodyId) -> String {

@@ -138,7 +138,13 @@ pub enum ContactFault {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ContactNotice {
     /// Contacts without a second body, at a plane.
-    #[error("{count} contacts without body_b belong to the plane {plane}, on which they lie")]
+    #[error(
+        "{}",
+        match count {
+            1 => format!("1 contact without body_b belongs to the plane {plane}, on which it lies"),
+            _ => format!("{count} contacts without body_b belong to the plane {plane}, on which they lie"),
+        }
+    )]
     OnPlane {
         /// How many.
         count: usize,
@@ -147,8 +153,8 @@ pub enum ContactNotice {
     },
     /// Points that were moved to a surface.
     #[error(
-        "{count} points were off the surface of {body} and were moved onto it; the farthest, in row {row}, \
-         by {distance} m"
+        "{} off the surface of {body} and moved onto it; the farthest, in row {row}, by {distance} m",
+        match count { 1 => "1 point was".into(), count => format!("{count} points were") }
     )]
     Moved {
         /// How many.

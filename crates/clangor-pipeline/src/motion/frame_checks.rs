@@ -8,6 +8,9 @@ use clangor_core::body::BodyId;
 use clangor_core::quantity::COORDINATE;
 use glam::DVec3;
 
+use super::fall_units::{unit_of_body, unit_of_frames};
+use super::file_units::{FileUnits, LikelyUnit};
+use super::free_falls::FreeFalls;
 use super::pose_noise::PoseNoise;
 use super::recording::{Frame, MAX_TIME, RecordingError, RecordingNotice};
 
@@ -47,6 +50,8 @@ pub(crate) struct FrameChecks {
     /// Largest angle within a frame \[rad\] and its row.
     fastest: (f64, u64),
     falls: Falls,
+    free_falls: FreeFalls,
+    units: FileUnits,
     noise: PoseNoise,
 }
 
@@ -59,8 +64,9 @@ struct Falls {
 }
 
 impl FrameChecks {
-    /// `sound_speed` [m/s] is that of the medium, which no body reaches; `gravity` is in m/s².
-    pub(crate) fn new(sound_speed: f64, gravity: DVec3) -> Self {
+    /// `sound_speed` [m/s] is that of the medium, which no body reaches; `gravity` is in m/s². The frames
+    /// were in these units.
+    pub(crate) fn new(sound_speed: f64, gravity: DVec3, units: FileUnits) -> Self {
         FrameChecks {
             sound_speed,
             gravity,
@@ -71,6 +77,8 @@ impl FrameChecks {
             longest: 0.0,
             fastest: (0.0, 0),
             falls: Falls::default(),
+            free_falls: FreeFalls::new(gravity),
+            units,
             noise: PoseNoise::new(),
         }
     }
@@ -85,6 +93,11 @@ impl FrameChecks {
         self.longest
     }
 
+    /// The falls so far.
+    pub(crate) fn free_falls(&self) -> &FreeFalls {
+        &self.free_falls
+    }
+
     /// Noise of the jumps of velocity on one axis [m/s].
     pub(crate) fn noise(&self) -> f64 {
         self.noise.of_jumps()
@@ -96,6 +109,7 @@ impl FrameChecks {
     /// [`RecordingError`] with its row, or that of the frame before.
     pub(crate) fn push(&mut self, name: &str, frame: &mut Frame) -> Result<(), RecordingError> {
         self.check_numbers(name, frame)?;
+        self.free_falls.push(frame);
         if let Some(last) = self.last {
             self.check_speed(name, &last, frame)?;
             let span = frame.time - last.time;
@@ -153,6 +167,7 @@ impl FrameChecks {
             distance: from.pose.position.distance(to.pose.position),
             span: to.time - from.time,
             speed,
+            unit: self.unit_of_fall(last, frame),
         };
         let [middle, earlier] = self.speeds;
         if let Some(before) = &self.before
@@ -166,6 +181,13 @@ impl FrameChecks {
         }
         self.speeds = [speed, middle];
         Ok(())
+    }
+
+    /// The unit of length that the falls until now tell, or else the last frames.
+    fn unit_of_fall(&self, last: &Frame, frame: &Frame) -> Option<LikelyUnit> {
+        let known = unit_of_body(&self.free_falls, self.gravity.length(), self.units);
+        let of_frames = || unit_of_frames([self.before.as_ref()?, last, frame], self.gravity, self.units);
+        known.filter(LikelyUnit::makes_faster).or_else(of_frames)
     }
 
     fn count_fall(&mut self, frames: [&Frame; 3]) {

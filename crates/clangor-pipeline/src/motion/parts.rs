@@ -20,6 +20,7 @@ use clangor_core::timeline::{ContactRow, PoseRow};
 
 use super::impacts::{MotionImpacts, find_impacts_in_noise};
 use super::lasting_contacts::lasting_contacts;
+use super::nested_bodies::NestedBodies;
 use super::recording::RecordedBody;
 use super::sunk_bodies::SunkBodies;
 
@@ -62,6 +63,8 @@ pub(crate) struct PartSearch {
     pub(crate) doubtful_joints: u64,
     /// Bodies that lie too deep in planes.
     pub(crate) sunk: SunkBodies,
+    /// Bodies that lie too deep in each other.
+    pub(crate) nested: NestedBodies,
     /// Deviation of Δv on one axis of each body that is noise [m/s].
     noise: Vec<f64>,
     /// Rows of lasting contact, if they are wanted.
@@ -94,6 +97,7 @@ impl PartSearch {
         part: Part,
     ) -> MotionImpacts {
         self.sunk.look(world, recorded);
+        self.nested.look(world, recorded);
         let found = find_impacts_in_noise(world, recorded, v_min, &self.noise);
         let mut joint = f64::NEG_INFINITY;
         let mut rows = MotionImpacts::default();

@@ -2,28 +2,21 @@
 
 use clangor_core::body::BodyId;
 use clangor_core::pose::Pose;
-use clangor_core::quantity::{COORDINATE, readable};
+use clangor_core::quantity::{COORDINATE, readable, rounded};
+
+use super::file_units::LikelyUnit;
+pub use super::file_units::{LengthUnit, TimeUnit};
 
 /// Latest frame, as the longest duration of a scene \[s\].
 pub const MAX_TIME: f64 = 3600.0;
+
+/// Times above this are those of a clock \[s\]: a year.
+const CLOCK: f64 = 3e7;
 
 /// Frames after the last key of a body that moved up to it.
 const HELD_FRAMES: u32 = 4;
 /// Length of such a frame, at most \[s\].
 const HELD_LENGTH: f64 = 1.0 / 24.0;
-
-/// Unit of length of a file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LengthUnit {
-    /// Its length \[m\].
-    pub metres: f64,
-}
-
-impl Default for LengthUnit {
-    fn default() -> Self {
-        LengthUnit { metres: 1.0 }
-    }
-}
 
 /// Pose of a body at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,7 +81,16 @@ pub enum RecordingError {
         value: f64,
     },
     /// A time that no timeline has.
-    #[error("body {body}, row {row}: t = {time} s; times run from 0 to {MAX_TIME} s")]
+    #[error(
+        "body {body}, row {row}: t = {time} s; times run from 0 to {MAX_TIME} s{}",
+        match time {
+            time if *time < 0.0 => "; add the same time to all",
+            time if *time > CLOCK => "; subtract the first time from all (times of a clock; in a unit \
+                that is no second, --time-scale gives its length too)",
+            _ => "; times in milliseconds need --time-scale 0.001, numbers of frames --time-scale 1/24 \
+                for 24 in a second",
+        }
+    )]
     Time {
         /// The body.
         body: String,
@@ -124,8 +126,13 @@ pub enum RecordingError {
     },
     /// A body that is somewhere else from one frame to the next.
     #[error(
-        "body {body}, row {row}: it moves {distance} m within {span} s, which is {speed} m/s; a body that is \
-         put elsewhere must be hidden (scale 0) or another body, and a file in centimetres needs --scale 0.01"
+        "body {body}, row {row}: it moves {} m within {} s, which is {} m/s; {}",
+        number(*distance), number(*span), number(*speed),
+        match unit {
+            Some(unit) => unit.to_string(),
+            None => "a body that is put elsewhere must be hidden (scale 0) or another body, and a file in \
+                centimetres needs --scale 0.01, one in millimetres --scale 0.001".into(),
+        }
     )]
     Teleport {
         /// The body.
@@ -138,7 +145,14 @@ pub enum RecordingError {
         span: f64,
         /// Their quotient [m/s].
         speed: f64,
+        /// The unit of the file, if its falls until then tell.
+        unit: Option<LikelyUnit>,
     },
+}
+
+/// A computed number for people.
+fn number(value: f64) -> String {
+    readable(rounded(value, 4))
 }
 
 /// What is allowed in a recording, but should be known.

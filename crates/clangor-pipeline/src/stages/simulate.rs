@@ -149,6 +149,7 @@ fn at_start(loaded: &LoadedScene, error: SimulationError) -> SimulateError {
         SimulationError::NotASphere { body, .. }
         | SimulationError::BadBody { body, .. }
         | SimulationError::OpenJoint { body, .. } => body,
+        SimulationError::PushedTooFar(push) => &push.body,
         _ => return SimulateError::Simulation(error),
     };
     match loaded.scene.place_of(name) {

@@ -327,10 +327,19 @@ fn property_a_file_in_centimetres_gives_the_bodies_and_the_motion_of_one_in_metr
         json!([40, 40, 40]);
     large.node(json!({ "name": "Root", "scale": [100, 100, 100], "children": [0] }));
     let message = large.import(SCENE, &[]).err().unwrap();
-    assert!(message.contains("m/s") && message.contains("needs --scale 0.01"), "{message}");
-    // Below the speed of sound, a notice says that the file is too large.
+    assert!(message.contains("m/s") && message.ends_with("import it with --scale 0.01"), "{message}");
+    // Below the speed of sound, a warning says that the file falls too fast, and no notice that it is large.
     let tenth = large.import_in(LengthUnit { metres: 0.1 }, SCENE, &[]).unwrap();
-    assert_eq!(tenth.notices("1.9 m across; a file in centimetres"), 1, "{:?}", tenth.summary);
+    let warning = &tenth.summary.warnings[0];
+    assert!(warning.contains("Cube falls with 98.1 m/s²") && warning.ends_with("--scale 0.01"), "{warning}");
+    assert_eq!(tenth.notices("m across"), 0, "{:?}", tenth.summary);
+    // Without any fall, the size is all there is.
+    let mut still = falling();
+    still.animations.clear();
+    still.animate(0, "translation", (&[0.0, 1.0], &[0.0, 1.0, 0.0, 0.0, 0.5, 0.0]), "LINEAR");
+    let still = still.import_in(LengthUnit { metres: 10.0 }, SCENE, &[]).unwrap();
+    assert_eq!(still.notices("1.7 m across; a file in centimetres"), 1, "{:?}", still.summary);
+    assert_eq!(still.summary.warnings, [""; 0]);
     let read = large.import_in(LengthUnit { metres: 0.01 }, SCENE, &[]).unwrap();
     assert_eq!(read.notices("m across"), 0, "{:?}", read.summary);
     let ((_, expected_body), (_, body)) = (expected.body("Cube"), read.body("Cube"));

@@ -65,15 +65,15 @@ fn falling_in(rate: f64, up: usize, units: f64) -> String {
 }
 
 /// A curve of the node `stone`.
-struct Channel {
-    path: &'static str,
-    interpolation: &'static str,
-    keys: Vec<f64>,
-    values: Vec<f32>,
+pub(super) struct Channel {
+    pub(super) path: &'static str,
+    pub(super) interpolation: &'static str,
+    pub(super) keys: Vec<f64>,
+    pub(super) values: Vec<f32>,
 }
 
 /// Writes `a.gltf`: a tetrahedron of edges 0.1 m with these curves; `node` adds to its node.
-fn write_gltf(folder: &Path, node: &Value, channels: &[Channel]) {
+pub(super) fn write_gltf(folder: &Path, node: &Value, channels: &[Channel]) {
     let corners = [[0.0_f32, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]];
     let mut bytes: Vec<u8> = corners.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
     let indices: [u32; 12] = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3];

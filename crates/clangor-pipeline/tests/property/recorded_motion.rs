@@ -165,7 +165,10 @@ fn property_a_contact_on_a_plane_belongs_to_it_unless_the_list_names_another() {
     let folder = folder(SCENE, &files);
     let summary = import(folder.path(), &["a.csv"], &["none.csv"], false).unwrap();
     assert_eq!(timeline(folder.path()).contacts[0].body_b, BodyId(2));
-    assert!(summary.notices.iter().any(|notice| notice.contains("belong to the plane floor")), "{summary:?}");
+    assert!(
+        summary.notices.iter().any(|notice| notice.contains("belongs to the plane floor")),
+        "{summary:?}"
+    );
     import(folder.path(), &["a.csv"], &["world.csv"], false).unwrap();
     assert_eq!(timeline(folder.path()).contacts[0].body_b, BodyId::WORLD);
     // A little off the surface: moved onto it, and told.

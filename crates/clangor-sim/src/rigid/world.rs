@@ -16,6 +16,7 @@ use super::contact_phase::ContactPhase;
 use super::linkage::Linkages;
 use super::load::Load;
 use super::pair::{Pair, PairScratch, Step};
+use super::push_limits::{START_OVERLAP, refuse_far_pushes};
 use super::shape::Shape;
 use super::sleep;
 use super::spring::Spring;
@@ -24,8 +25,6 @@ use super::step_log::StepLog;
 use super::stiff_spring;
 use crate::SimulationError;
 
-/// Largest overlap allowed at the start \[m\].
-const START_OVERLAP: f64 = 1e-4;
 /// Joints that are open by more at the start are refused \[m, or rad\].
 const OPEN: f64 = 1e-6;
 /// Steps between two searches for islands that may sleep.
@@ -65,7 +64,8 @@ impl RigidWorld {
     ///
     /// # Errors
     /// [`SimulationError::BadBody`] for a body that cannot be simulated, [`SimulationError::Unsupported`] for
-    /// a link, [`SimulationError::StartOverlap`] where bodies overlap by more than 0.1 mm.
+    /// a link, [`SimulationError::PushedTooFar`] for a hand, a force or a torque that is too strong for the
+    /// step, [`SimulationError::StartOverlap`] where bodies overlap by more than 0.1 mm.
     pub fn try_new(world: &World, time_step: f64, sleep: bool) -> Result<Self, SimulationError> {
         if !(time_step > 0.0 && time_step.is_finite()) {
             return Err(SimulationError::BadSetting { setting: "time_step", value: time_step });
@@ -89,13 +89,9 @@ impl RigidWorld {
                 }
             };
             let state = BodyState::try_new(body, shape, shapes[shape].radius).map_err(bad)?;
-            // In a step a hand must not move its body farther than bodies may overlap.
-            let pressed = state.grip().map_or(0.0, |(_, press)| press / state.mass);
-            if 0.5 * pressed * time_step * time_step > START_OVERLAP {
-                return Err(bad("is pressed too strongly for its mass at this time step"));
-            }
             bodies.push(state);
         }
+        refuse_far_pushes(world, time_step)?;
         let mut restless = vec![false; bodies.len()];
         let unknown = |what, id: BodyId| {
             let name = world.bodies.get(id.index()).map_or_else(String::new, |b| b.name.clone());

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use clangor_core::body::link::LoadCurve;
 use clangor_core::body::{Body, BodyId, JointKind, Link, LinkEnd, Motion, Surface, World};
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::glam::{DMat3, DQuat, DVec3};
@@ -391,4 +392,31 @@ fn thin_sheets_land_and_lie() {
         assert!((pose.position.y - half_thickness).abs() < 2e-5, "{half_thickness}: {}", pose.position.y);
         assert!(1.0 - normal.y.abs() < 1e-6);
     }
+}
+
+/// What pushes a body by much of its size in a step is refused, with what and how much.
+#[test]
+fn loads_that_no_contact_could_follow_are_refused_with_a_step_that_can() {
+    let material = material(7850.0, 0.3, 0.5, 0.0);
+    let pushed = |force: f64, torque: f64, seconds: f64, time_step: f64| {
+        let mut pushed = world(vec![ball(&material, 0.01)]);
+        let along =
+            |value: f64| LoadCurve::try_new(vec![(0.0, DVec3::Y * value), (seconds, DVec3::Y * value)]);
+        let (force, torque) = (along(force).unwrap(), along(torque).unwrap());
+        pushed.links = vec![Link::Load { body: BodyId(0), at: DVec3::ZERO, force, torque }];
+        RigidWorld::try_new(&pushed, time_step, true).map(|_| ())
+    };
+    pushed(1e3, 0.0, 0.1, 2.5e-4).unwrap();
+    // A tap of 0.1 N s.
+    pushed(1e5, 0.0, 1e-6, 2.5e-4).unwrap();
+    let Err(SimulationError::PushedTooFar(push)) = pushed(1e6, 0.0, 0.1, 2.5e-4) else {
+        panic!("1 MN on 33 g")
+    };
+    assert_eq!((push.what, push.size), ("force", 1e6));
+    assert!(push.to_string().contains("a force of 1000000 N moves"), "{push}");
+    pushed(1e6, 0.0, 0.1, 0.99 * push.longest).unwrap();
+    let Err(SimulationError::PushedTooFar(push)) = pushed(0.0, 1e6, 0.1, 2.5e-4) else {
+        panic!("1 MN m on 33 g")
+    };
+    assert_eq!(push.what, "torque");
 }

@@ -180,7 +180,8 @@ fn what_cannot_be_is_refused_with_its_place() {
     let start = Pose::at(DVec3::Y * 0.05);
     let slammed = led(block(DVec3::splat(0.02), start.position), &[(0.0, start)], Some(1e4), None);
     let refused = run(&world(vec![slammed]), 1.0, &mut |_, _| {});
-    assert!(matches!(&refused, Err(SimulationError::BadBody { .. })), "{refused:?}");
+    let Err(SimulationError::PushedTooFar(push)) = refused else { panic!("{refused:?}") };
+    assert_eq!((push.what, push.size), ("hand", 1e4));
     // Let go inside the floor.
     let metal = material(7850.0, 0.3, 0.4, 0.0);
     let deep = led(block(DVec3::splat(0.02), DVec3::ZERO), &[(0.0, Pose::at(DVec3::ZERO))], None, Some(0.1));

@@ -147,8 +147,11 @@ impl RenderReportView<'_> {
         }
         if many > 0 {
             console.say(format_args!(
-                "{many} bodies of more than {MOST_FORMS} different forms do not ring; ask for them with \
-                 modal = true"
+                "{}; ask for them with modal = true",
+                match many {
+                    1 => format!("1 body of more than {MOST_FORMS} different forms does not ring"),
+                    many => format!("{many} bodies of more than {MOST_FORMS} different forms do not ring"),
+                }
             ));
         }
         self.say_solves(console);

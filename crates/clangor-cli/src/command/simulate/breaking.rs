@@ -7,7 +7,7 @@ use clangor_pipeline::stages::fracture_report::{FractureReport, Totals};
 use clangor_sim::BreakingReport;
 use serde_json::{Value, json};
 
-use crate::console::{Console, four_digits};
+use crate::console::{Console, counted, four_digits};
 use crate::failure::Failure;
 
 /// Impacts that broke nothing, and why; what should have broken and did not.
@@ -15,23 +15,24 @@ pub(super) fn say(console: &Console, report: &BreakingReport) {
     let BreakingReport { screened, solved, unsolved, withstood, capped, refused } = report;
     if screened + solved > 0 {
         console.say(format_args!(
-            "{} impacts on bodies that may break: stress computed for {solved}, of which {withstood} \
+            "{} on bodies that may break: stress computed for {solved}, of which {withstood} \
              beyond the strength but too \
              weak to pay for a crack",
-            screened + solved
+            counted((screened + solved) as usize, "impact", "impacts")
         ));
     }
     if *unsolved > 0 {
         console.warn(format_args!(
-            "the force of {unsolved} impacts over time could not be solved: the peak of a half-sine loads \
-             the body"
+            "the force of {} over time could not be solved: the peak of a half-sine loads the body",
+            counted(*unsolved as usize, "impact", "impacts")
         ));
     }
     if *capped > 0 {
         console.warn(format_args!(
-            "{capped} impacts would have broken a body that is in as many pieces as allowed already: set \
+            "{} would have broken a body that is in as many pieces as allowed already: set \
              `most_pieces` under \
-             `fracture` if there are to be more"
+             `fracture` if there are to be more",
+            counted(*capped as usize, "impact", "impacts")
         ));
     }
     for (body, reason) in refused {
@@ -43,9 +44,9 @@ pub(super) fn say(console: &Console, report: &BreakingReport) {
 pub(in crate::command) fn say_energies(console: &Console, totals: &Totals) {
     if totals.fractures > 0 {
         console.say(format_args!(
-            "{} pieces are whole; of impacts of {} J, {} J went into fractures: {} J into {} cm² of \
+            "{} whole; of impacts of {} J, {} J went into fractures: {} J into {} cm² of \
              cracks, {} J into the motion of pieces",
-            totals.pieces,
+            counted(totals.pieces, "piece is", "pieces are"),
             four_digits(totals.impact_energy),
             four_digits(totals.strain_energy),
             four_digits(totals.fracture_energy),

@@ -1,7 +1,7 @@
-//! Comma-separated values with a header. Values may stand in double quotes, within which a comma is no
-//! separator and two quotes are one.
+//! Contacts as separated values with a header.
 
 use super::{Entry, LineFault, Parsed};
+use crate::formats::separated_values::SeparatedValues;
 
 /// Where a value of a column goes.
 #[derive(Clone, Copy, PartialEq)]
@@ -50,18 +50,23 @@ pub(super) const COLUMNS: [(&str, Column); 24] = [
 ];
 
 pub(super) fn parse(text: &str) -> Parsed {
-    let mut header: Option<Vec<(&'static str, Column)>> = None;
+    let mut header: Option<(SeparatedValues, Vec<(&'static str, Column)>)> = None;
     let mut entries = Vec::new();
     for (index, line) in text.lines().enumerate() {
         let number = index + 1;
         if line.trim().is_empty() || line.starts_with('#') {
             continue;
         }
-        let values = split(line).map_err(|fault| (number, fault))?;
-        match &header {
-            None => header = Some(parse_header(&values).map_err(|fault| (number, fault))?),
-            Some(columns) => {
-                entries.push((number, parse_entry(columns, &values).map_err(|fault| (number, fault))?));
+        let wrong = |fault| (number, fault);
+        let divided = |fault| (number, LineFault::from(fault));
+        match &mut header {
+            None => {
+                let (lines, names) = SeparatedValues::of_header(line).map_err(divided)?;
+                header = Some((lines, parse_header(&names).map_err(wrong)?));
+            }
+            Some((lines, columns)) => {
+                let values = lines.next(line).map_err(divided)?;
+                entries.push((number, parse_entry(columns, &values).map_err(wrong)?));
             }
         }
     }
@@ -115,50 +120,4 @@ pub(super) fn parse_entry(columns: &[(&'static str, Column)], values: &[String])
         }
     }
     Ok(entry)
-}
-
-/// The values of a line, spaces around them removed.
-pub(crate) fn split(line: &str) -> Result<Vec<String>, LineFault> {
-    let syntax = |at: usize, reason: &str| LineFault::Syntax { column: at + 1, reason: reason.into() };
-    let mut values = Vec::new();
-    let mut rest = line;
-    loop {
-        let trimmed = rest.trim_start();
-        let at = line.len() - trimmed.len();
-        if let Some(quoted) = trimmed.strip_prefix('"') {
-            let (value, after) = unquote(quoted).ok_or_else(|| syntax(at, "the quote is not closed"))?;
-            values.push(value);
-            let after = after.trim_start();
-            if after.is_empty() {
-                return Ok(values);
-            }
-            let place = line.len() - after.len();
-            rest = after
-                .strip_prefix(',')
-                .ok_or_else(|| syntax(place, "a comma is expected after the quote"))?;
-        } else if let Some((value, after)) = trimmed.split_once(',') {
-            values.push(value.trim_end().into());
-            rest = after;
-        } else {
-            values.push(trimmed.trim_end().into());
-            return Ok(values);
-        }
-    }
-}
-
-/// The value up to the closing quote, and what follows it.
-fn unquote(text: &str) -> Option<(String, &str)> {
-    let mut value = String::new();
-    let mut rest = text;
-    loop {
-        let (part, after) = rest.split_once('"')?;
-        value.push_str(part);
-        match after.strip_prefix('"') {
-            Some(after) => {
-                value.push('"');
-                rest = after;
-            }
-            None => return Some((value, after)),
-        }
-    }
 }

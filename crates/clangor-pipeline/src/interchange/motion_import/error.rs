@@ -52,7 +52,10 @@ pub enum MotionImportError {
         fault: ContactFault,
     },
     /// A contact at a time that no timeline has.
-    #[error("{path}, row {row}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s")]
+    #[error(
+        "{path}, row {row}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s; times in \
+         milliseconds need --time-scale 0.001"
+    )]
     Time {
         /// The list.
         path: PathBuf,

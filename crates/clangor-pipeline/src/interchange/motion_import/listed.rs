@@ -10,6 +10,7 @@ use super::{MotionFiles, MotionImportError};
 use crate::formats::contact_list::{ListedContact, read_listed_contacts};
 use crate::motion::contact_checks::{ContactFault, check_clock, check_contacts, time_outside};
 use crate::motion::recording::RecordedBody;
+use crate::motion::repeated_contacts::RepeatedContacts;
 
 /// Contacts of all lists, checked against the motion.
 pub(super) fn read_contacts(
@@ -29,12 +30,16 @@ pub(super) fn read_contacts(
     let span = span(world, recorded);
     let file = FileFrame::of(files);
     let mut contacts = Vec::new();
+    let mut repeated = RepeatedContacts::default();
     for path in &files.contacts {
         let mut rows = read_listed_contacts(path, world.bodies.len(), &named)?;
+        rows.iter_mut().for_each(|listed| listed.row.time *= files.time_unit.seconds);
         if let Some(listed) = time_outside(&rows) {
             let (row, time) = (listed.line, listed.row.time);
             return Err(MotionImportError::Time { path: path.clone(), row, time });
         }
+        let twice = repeated.look(path, &rows);
+        remarks.extend(twice.map(|notice| format!("{}: {notice}", path.display())));
         let refused = |fault| MotionImportError::Contact { path: path.clone(), fault };
         let offset = contacts.iter().map(|row: &ContactRow| row.impact_id).max().unwrap_or(0);
         for ListedContact { line, row, .. } in &mut rows {

@@ -26,10 +26,14 @@ pub(super) struct Recording {
     pub(super) recorded: Vec<RecordedBody>,
     /// What was seen of them, in the same order.
     pub(super) checks: Vec<(BodyId, FrameChecks)>,
+    /// Their files, in the same order.
+    pub(super) paths: Vec<PathBuf>,
     /// How many are of glTF files.
     pub(super) from_gltf: usize,
     /// Those that are moved from outside, by keyframes of the world.
     pub(super) held: Vec<BodyId>,
+    /// Diameter of the smallest body that has its size from a file and moves \[m\].
+    pub(super) smallest: Option<f64>,
 }
 
 /// What the glTF files of a recording have in common.
@@ -59,8 +63,10 @@ pub(super) fn read_recording(
                 *groups.entry((file, group)).or_insert(next)
             });
             let is_held = nodes.kinematic.contains(&body.body);
-            recording.take(loaded, world, (path, body), is_held)?;
+            recording.take(loaded, (world, files), (path, body), is_held)?;
         }
+        let smallest = [recording.smallest, nodes.smallest].into_iter().flatten();
+        recording.smallest = smallest.reduce(f64::min);
     }
     recording.from_gltf = recording.recorded.len();
     // The format holds the last value of a curve.
@@ -68,7 +74,7 @@ pub(super) fn read_recording(
     recording.recorded.iter_mut().filter(lives).for_each(RecordedBody::hold_last);
     for path in &files.poses {
         for body in read_poses(loaded, world, path, files)? {
-            recording.take(loaded, world, (path, body), false)?;
+            recording.take(loaded, (world, files), (path, body), false)?;
         }
     }
     if recording.recorded.is_empty() && recording.held.is_empty() {
@@ -93,6 +99,7 @@ fn read_gltf_files(
     let mut faults = GltfBodyFaults::default();
     for path in &files.gltf {
         let mut motion = read_gltf_motion(path, &files.leave_out, files.unit)?;
+        motion.scale_times(files.time_unit);
         left_out.append(&mut motion.left_out);
         gltf.has_animation |= motion.has_animation;
         let mut nodes = add_nodes(world, materials, motion, remarks);
@@ -128,7 +135,7 @@ impl Recording {
     fn take(
         &mut self,
         loaded: &LoadedScene,
-        world: &mut World,
+        (world, files): (&mut World, &MotionFiles),
         (path, mut body): (&Path, RecordedBody),
         is_held: bool,
     ) -> Result<(), MotionImportError> {
@@ -138,7 +145,8 @@ impl Recording {
             return Err(MotionImportError::Twice { path: path.into(), body: described.name.clone() });
         }
         check_movable(described, path)?;
-        let checks = FrameChecks::new(loaded.scene.acoustics.medium.sound_speed, world.gravity);
+        let sound_speed = loaded.scene.acoustics.medium.sound_speed;
+        let checks = FrameChecks::new(sound_speed, world.gravity, files.units());
         let checks = check_frames(&described.name, &mut body.frames, checks)
             .map_err(|error| MotionImportError::Recording { path: path.into(), error })?;
         let keys = body.frames.iter().map(|Frame { time, pose, .. }| Keyframe { time: *time, pose: *pose });
@@ -148,6 +156,7 @@ impl Recording {
         } else if !body.frames.is_empty() {
             self.recorded.push(body);
             self.checks.push((id, checks));
+            self.paths.push(path.into());
         }
         Ok(())
     }
@@ -194,7 +203,10 @@ fn read_poses(
     let mut bodies = Vec::with_capacity(table.bodies.len());
     for (body, mut frames) in table.bodies {
         frame_of.learn_centre(loaded, &world.bodies[body.index()], body, path)?;
-        frames.iter_mut().for_each(|frame| frame_of.place(body, frame));
+        for frame in &mut frames {
+            frame.time *= files.time_unit.seconds;
+            frame_of.place(body, frame);
+        }
         bodies.push(RecordedBody { body, frames, group: None });
     }
     Ok(bodies)

@@ -5,6 +5,7 @@ use std::path::Path;
 use clangor_core::body::{BodyId, World};
 use clangor_core::timeline::TimelineSink;
 
+use super::falls::fall_remarks;
 use super::lasting_log::{lasting_log, noise_of_bodies};
 use super::pose_rows::pose_rows;
 use super::recording::{FramesOfTable, start};
@@ -16,7 +17,7 @@ use crate::formats::timeline_file::TimelineWriter;
 use crate::interchange::imported_header::imported_header;
 use crate::motion::frame_checks::notices;
 use crate::motion::parts::{Part, PartSearch};
-use crate::motion::recording::{Frame, RecordedBody};
+use crate::motion::recording::{Frame, RecordedBody, TimeUnit};
 use crate::stages::load::LoadedScene;
 
 /// Imports a surveyed table into a folder, which is replaced or not.
@@ -46,6 +47,7 @@ pub(super) fn import_stream(
     let name = |id: BodyId| name_of(&world, id);
     let mut remarks: Vec<String> = notices(&checks, 0, &name).iter().map(ToString::to_string).collect();
     remarks.extend(unrecorded(&world, &recorded));
+    let falls = fall_remarks(&world, files, (&checks, &vec![path; checks.len()]), None);
     let log = lasting_log(loaded, files, &checks);
     let noise = noise_of_bodies(&checks, world.bodies.len());
     remarks.extend(log.remark.map(String::from));
@@ -55,6 +57,7 @@ pub(super) fn import_stream(
         path,
         output,
         world: &world,
+        time_unit: files.time_unit,
         v_min: loaded.scene.simulation.v_min,
         frame_of,
         place_of,
@@ -76,6 +79,7 @@ pub(super) fn import_stream(
     writer.extend_to_latest();
     remarks.extend(found.remark(&world));
     remarks.extend(search.sunk.notices(&world).iter().map(ToString::to_string));
+    remarks.extend(search.nested.notices(&world).iter().map(ToString::to_string));
     if search.doubtful_joints > 0 {
         remarks.push(format!(
             "the recording was searched in parts of {:.1} s; at {} of {joints} joints the parts agree on no \
@@ -84,7 +88,13 @@ pub(super) fn import_stream(
         ));
     }
     let rows = writer.finish()?;
-    Ok(MotionSummary { rows, moved: recorded.len(), found: Some(found), notices: remarks })
+    Ok(MotionSummary {
+        rows,
+        moved: recorded.len(),
+        found: Some(found),
+        warnings: falls.warnings,
+        notices: remarks,
+    })
 }
 
 /// A table on its way to a timeline.
@@ -92,6 +102,7 @@ struct PoseStream<'a> {
     path: &'a Path,
     output: &'a Path,
     world: &'a World,
+    time_unit: TimeUnit,
     v_min: f64,
     frame_of: FramesOfTable,
     place_of: Vec<Option<usize>>,
@@ -125,6 +136,7 @@ impl PoseSink for PoseStream<'_> {
     fn pose(&mut self, body: BodyId, mut frame: Frame) -> Result<(), MotionImportError> {
         let place = self.place_of[body.index()];
         let place = place.ok_or_else(|| MotionImportError::Changed { path: self.path.into() })?;
+        frame.time *= self.time_unit.seconds;
         while frame.time > self.part.to + self.part.overlap + self.lookahead {
             self.finish_part()?;
             self.part = self.part.next();

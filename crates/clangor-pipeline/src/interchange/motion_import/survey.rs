@@ -110,6 +110,7 @@ pub(super) fn survey(
     let world = &loaded.world;
     let mut surveyor = Surveyor {
         loaded,
+        files,
         path,
         frame_of: FramesOfTable::new(world, files, PositionOf::CentreOfMass),
         place_of: vec![None; world.bodies.len()],
@@ -132,6 +133,7 @@ pub(super) fn survey(
 
 struct Surveyor<'a> {
     loaded: &'a LoadedScene,
+    files: &'a MotionFiles,
     path: &'a Path,
     frame_of: FramesOfTable,
     place_of: Vec<Option<usize>>,
@@ -149,7 +151,7 @@ impl Surveyor<'_> {
         check_movable(body, self.path)?;
         self.frame_of.learn_centre(self.loaded, body, id, self.path)?;
         let sound_speed = self.loaded.scene.acoustics.medium.sound_speed;
-        let checks = FrameChecks::new(sound_speed, self.loaded.world.gravity);
+        let checks = FrameChecks::new(sound_speed, self.loaded.world.gravity, self.files.units());
         self.survey.bodies.push(SurveyedBody { body: id, first: Vec::new(), checks });
         self.pending.push(Vec::new());
         let place = self.pending.len() - 1;
@@ -207,6 +209,7 @@ impl PoseSink for Surveyor<'_> {
 
     fn pose(&mut self, body: BodyId, mut frame: Frame) -> Result<(), MotionImportError> {
         let place = self.place(body)?;
+        frame.time *= self.files.time_unit.seconds;
         self.count(&frame)?;
         self.frame_of.place(body, &mut frame);
         let newest = self.pending[place].last().map_or(f64::NEG_INFINITY, |last| last.time);
@@ -229,10 +232,11 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::motion::file_units::FileUnits;
 
     /// A table of this many rows in an hour, with a body that has no frame for `gap` seconds.
     fn table(rows: u64, gap: f64) -> Survey {
-        let mut checks = FrameChecks::new(Medium::AIR.sound_speed, STANDARD_GRAVITY);
+        let mut checks = FrameChecks::new(Medium::AIR.sound_speed, STANDARD_GRAVITY, FileUnits::default());
         for time in [0.0, gap] {
             checks.push("still", &mut Frame { time, pose: Pose::at(DVec3::ZERO), row: 0 }).unwrap();
         }

@@ -1,0 +1,184 @@
+//! Recordings in other units than seconds and metres are warned of with the option that mends them; others
+//! are not.
+
+use std::fs;
+use std::path::Path;
+
+use clangor_core::timeline::Timeline;
+use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
+use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
+use clangor_pipeline::motion::recording::{LengthUnit, TimeUnit};
+use clangor_pipeline::stages::load::load_scene;
+use parquet::basic::Compression;
+use serde_json::json;
+
+use crate::imported_motion::folder;
+use crate::motion_input::{Channel, write_gltf};
+use crate::parquet_columns::write_alike;
+
+const SCENE: &str = r#"version = 1
+[[body]]
+name = "ball"
+shape = "sphere:0.01"
+material = "steel"
+position = [0.0, 0.5, 0.0]
+[[plane]]
+name = "floor"
+material = "granite"
+[[listener]]
+position = [0.3, 0.4, 0.4]
+"#;
+const G: f64 = 9.80665;
+
+/// Height of a ball that falls from 0.5 m and bounces with half of its speed \[m\].
+fn height(t: f64, gravity: f64) -> f64 {
+    let impact = (2.0 * 0.49 / gravity).sqrt();
+    match t < impact {
+        true => 0.5 - 0.5 * gravity * t * t,
+        false => 0.01 + 0.5 * gravity * impact * (t - impact) - 0.5 * gravity * (t - impact).powi(2),
+    }
+}
+
+/// The rows of that ball for half a second: time, body 0, and place, in these units.
+fn rows(rate: f64, gravity: f64, (metre, second): (f64, f64)) -> Vec<[f64; 5]> {
+    let row = |k: u32| {
+        let t = f64::from(k) / rate;
+        [t * second, 0.0, 0.3 * t * metre, height(t, gravity) * metre, 0.0]
+    };
+    (0..(0.5 * rate) as u32).map(row).collect()
+}
+
+const COLUMNS: [&str; 5] = ["t", "body", "position_x", "position_y", "position_z"];
+
+fn csv(rows: &[[f64; 5]]) -> String {
+    let line = |[t, body, x, y, z]: &[f64; 5]| format!("{t},{body},{x},{y},{z}\n");
+    COLUMNS.join(",") + "\n" + &rows.iter().map(line).collect::<String>()
+}
+
+fn import(folder: &Path, files: MotionFiles) -> Result<MotionSummary, String> {
+    let loaded = load_scene(&folder.join("scene.toml"), &|_| ()).unwrap();
+    import_motion(&loaded, &files, &folder.join("out.timeline"), true).map_err(|error| error.to_string())
+}
+
+fn import_table(
+    text: &str,
+    (unit, time_unit): (LengthUnit, TimeUnit),
+) -> Result<(Timeline, Vec<String>), String> {
+    let folder = folder(SCENE, &[("a.csv", text)]);
+    let poses = vec![folder.path().join("a.csv")];
+    let summary = import(folder.path(), MotionFiles { poses, unit, time_unit, ..MotionFiles::default() })?;
+    Ok((
+        TimelineReader::open(&folder.path().join("out.timeline")).unwrap().read_all().unwrap(),
+        summary.warnings,
+    ))
+}
+
+fn warnings(rows: &[[f64; 5]]) -> Vec<String> {
+    import_table(&csv(rows), Default::default()).unwrap().1
+}
+
+#[test]
+fn property_times_that_are_no_seconds_are_told_with_their_option() {
+    for rate in [24.0, 25.0, 30.0, 50.0, 60.0, 120.0, 240.0] {
+        assert_eq!(warnings(&rows(rate, G, (1.0, 1.0))), [""; 0], "{rate} Hz");
+        for (second, wanted) in [(1e3, "--time-scale 0.001".into()), (rate, format!("--time-scale 1/{rate}"))]
+        {
+            let said = warnings(&rows(rate, G, (1.0, second)));
+            let [said] = &said[..] else { panic!("{rate} Hz, {second}: {said:?}") };
+            assert!(said.ends_with(&wanted) && said.contains("ball") && said.contains("a.csv"), "{said}");
+            assert!(!said.contains("--scale"), "{said}");
+        }
+    }
+}
+
+#[test]
+fn property_the_option_gives_the_motion_in_seconds() {
+    let (expected, _) = import_table(&csv(&rows(240.0, G, (1.0, 1.0))), Default::default()).unwrap();
+    let unit = (LengthUnit::default(), TimeUnit { seconds: 1e-3 });
+    let (read, warnings) = import_table(&csv(&rows(240.0, G, (1.0, 1e3))), unit).unwrap();
+    assert_eq!(warnings, [""; 0]);
+    assert_eq!((read.contacts.len(), read.poses.len()), (expected.contacts.len(), expected.poses.len()));
+    // Seen: 0 and 2e-17 s.
+    for (a, b) in read.contacts.iter().zip(&expected.contacts) {
+        assert!((a.time - b.time).abs() < 1e-12 && (a.impulse_n / b.impulse_n - 1.0).abs() < 1e-6);
+    }
+    // An option that is wrong is refused or warned of.
+    let refused = import_table(&csv(&rows(240.0, G, (1.0, 1.0))), unit).unwrap_err();
+    assert!(refused.ends_with("leave out --time-scale"), "{refused}");
+    let unit = (LengthUnit { metres: 0.01 }, TimeUnit::default());
+    let (_, warnings) = import_table(&csv(&rows(240.0, G, (1.0, 1.0))), unit).unwrap();
+    assert!(warnings[0].ends_with("leave out --scale"), "{warnings:?}");
+}
+
+#[test]
+fn property_lengths_that_are_no_metres_are_told_with_their_option() {
+    for rate in [60.0, 240.0, 1000.0] {
+        for (metre, wanted) in [(100.0, "--scale 0.01"), (1.0 / 0.0254, "--scale 0.0254")] {
+            let said = warnings(&rows(rate, G, (metre, 1.0)));
+            assert!(said[0].ends_with(wanted), "{said:?}");
+        }
+        let refused = import_table(&csv(&rows(rate, G, (1e3, 1.0))), Default::default()).unwrap_err();
+        assert!(refused.ends_with("--scale 0.001"), "{refused}");
+    }
+}
+
+#[test]
+fn property_other_gravity_and_slow_motion_are_told_and_rest_and_eased_keys_are_not() {
+    let said = warnings(&rows(240.0, 1.62, (1.0, 1.0)));
+    assert!(said[0].contains("1.62 m/s²") && said[0].contains("0.165 times"), "{said:?}");
+    assert!(warnings(&rows(240.0, G, (1.0, 4.0)))[0].contains("slow motion"));
+    let moved = |height: &dyn Fn(f64) -> f64| -> Vec<String> {
+        let rows = |rate: f64| {
+            let row = |k: u32| [f64::from(k) / rate, 0.0, 0.0, height(f64::from(k) / rate), 0.0];
+            (0..(2.0 * rate) as u32).map(row).collect::<Vec<_>>()
+        };
+        [24.0, 60.0, 240.0, 1000.0].into_iter().flat_map(|rate| warnings(&rows(rate))).collect()
+    };
+    assert_eq!(moved(&|_| 0.01), [""; 0], "rest");
+    assert_eq!(moved(&|t| 1.0 - 0.4 * t), [""; 0], "even motion");
+    // Cubic ease from 1 m to 0.1 m in two seconds, and a swing.
+    assert_eq!(moved(&|t| 1.0 - 0.9 * (0.5 * t).powi(2) * (3.0 - t)), [""; 0], "eased keys");
+    assert_eq!(moved(&|t| 0.5 + 0.2 * (3.0 * t).cos()), [""; 0], "swing");
+}
+
+#[test]
+fn property_tables_of_parquet_and_gltf_files_are_held_against_gravity_too() {
+    let folder = folder(SCENE, &[]);
+    let path = folder.path();
+    let rows = rows(240.0, G, (1.0, 1e3));
+    let groups: Vec<(usize, &[f64])> = rows.iter().map(|row| (1, row.as_slice())).collect();
+    write_alike(&path.join("a.parquet"), &COLUMNS, &groups, Compression::UNCOMPRESSED);
+    let poses = vec![path.join("a.parquet")];
+    let said = import(path, MotionFiles { poses, ..MotionFiles::default() }).unwrap().warnings;
+    assert!(said[0].contains("a.parquet") && said[0].ends_with("--time-scale 0.001"), "{said:?}");
+    let keys: Vec<f64> = rows.iter().map(|row| row[0]).collect();
+    let values = rows.iter().flat_map(|row| [0.0, row[3] as f32 + 1.0, 0.0]).collect();
+    let curve = Channel { path: "translation", interpolation: "LINEAR", keys, values };
+    write_gltf(path, &json!({}), &[curve]);
+    let gltf = || vec![path.join("a.gltf")];
+    let said = import(path, MotionFiles { gltf: gltf(), ..MotionFiles::default() }).unwrap().warnings;
+    assert!(said[0].contains("a.gltf") && said[0].contains("stone"), "{said:?}");
+    assert!(said[0].ends_with("--time-scale 0.001"), "{said:?}");
+    let time_unit = TimeUnit { seconds: 1e-3 };
+    let read = import(path, MotionFiles { gltf: gltf(), time_unit, ..MotionFiles::default() }).unwrap();
+    assert_eq!(read.warnings, [""; 0]);
+}
+
+#[test]
+fn property_lists_that_last_far_longer_than_their_scene_are_told() {
+    let folder = folder(SCENE, &[]);
+    let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
+    let said = |times: &[f64]| {
+        let row = |t: &f64| format!("{t},ball,floor,0,0,0,0,1,0,0.01,0.5\n");
+        let head = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n";
+        let (list, out) = (folder.path().join("list.csv"), folder.path().join("out.timeline"));
+        fs::write(&list, head.to_string() + &times.iter().map(row).collect::<String>()).unwrap();
+        let notices = import_contacts(&loaded, &list, ListedMotion::AtRest, &out, true).unwrap().notices;
+        notices.into_iter().find(|notice| notice.contains("the scene lasts 2 s"))
+    };
+    assert_eq!(said(&[0.3, 0.9, 1.7]), None);
+    assert_eq!(said(&[0.5, 20.5, 60.0]), None, "a long list of a scene without a duration");
+    assert!(said(&[316.0, 900.5, 1700.25]).unwrap().contains("t = 1700.25 s (row 4)"));
+    assert!(said(&[7.0, 12.0, 19.0, 40.0]).unwrap().contains("all times are whole"));
+}

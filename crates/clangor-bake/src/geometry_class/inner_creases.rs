@@ -18,7 +18,7 @@ const SHARP: f64 = 0.866;
 /// Least length of a wall across the edge, in its thickness: of bodies that are thin or compact; and the
 /// largest distance of its end from the surface that counts as on it, in that length.
 const WALL: f64 = 2.0;
-const COMPACT_WALL: f64 = 0.5;
+const COMPACT_WALL: f64 = 0.2;
 const ON_SURFACE: f64 = 0.25;
 
 /// Thickness in the longest extent below which a body is thin.

@@ -19,6 +19,7 @@ mod axisymmetric_modes;
 mod baked_impacts;
 mod bem_fdtd;
 mod closed_cavities;
+mod compact_cells;
 mod creased_walls;
 mod detect_axisymmetry;
 mod draft;

@@ -21,7 +21,7 @@ pub mod render_description;
 pub mod scene_description;
 pub mod simulation_description;
 pub mod strike_recipe;
-mod suggest;
+pub mod suggest;
 pub mod support_description;
 pub mod support_problem;
 

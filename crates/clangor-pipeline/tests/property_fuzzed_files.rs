@@ -14,12 +14,12 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use clangor_core::body::BodyId;
 use clangor_core::scene::Scene;
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::contact_list::read_contact_list;
 use clangor_pipeline::formats::gltf_motion::read_gltf_motion;
 use clangor_pipeline::formats::mesh_reader::read_mesh;
+use clangor_pipeline::formats::named_bodies::NamedBodies;
 use clangor_pipeline::formats::pose_table::read_pose_table;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavReader, WavSpec, WavWriter};
@@ -447,12 +447,12 @@ const LIST_WORDS: [&str; 20] = [
     "constraint",
 ];
 
-fn named(name: &str) -> Option<BodyId> {
-    ["ball", "floor"].iter().position(|known| *known == name).map(|at| BodyId(at as u32))
+fn named() -> NamedBodies<'static> {
+    NamedBodies::new(["ball", "floor"])
 }
 
 fn listed(path: &Path) -> String {
-    shown(read_contact_list(path, 2, &named), |rows| {
+    shown(read_contact_list(path, &named()), |rows| {
         let sane = |row: &clangor_core::timeline::ContactRow| {
             row.time.is_finite()
                 && row.impulse().is_finite()
@@ -477,7 +477,7 @@ fn fuzz_pose_tables() {
                  0,ball,0,1,0,0,0,0,1\n0.1,ball,0,0.9,0,0,0,0.1,1\n0,1,0,0,0,0,0,0,1\n";
     let words = ["origin_x", "position_x", "orientation_w", "body", "t", ",", "\"", "ball", "floor", "nan"];
     fuzz(&Target::parser("poses", "csv", text(&[table]), &words), &|path, _| {
-        shown(read_pose_table(path, 2, &named), |table| format!("{} bodies", table.bodies.len()))
+        shown(read_pose_table(path, &named()), |table| format!("{} bodies", table.bodies.len()))
     });
 }
 
@@ -560,7 +560,9 @@ fn fuzz_parquet_lists() {
     let (_folder, path) = timeline_seeds();
     let seeds = vec![fs::read(path.join("contacts.parquet")).unwrap()];
     fuzz(&Target::parser("lists-parquet", "parquet", seeds, &["PAR1"]), &|path, _| {
-        shown(read_contact_list(path, 5, &|_| None), |rows| format!("{} rows", rows.len().min(9)))
+        shown(read_contact_list(path, &NamedBodies::new([""; 5])), |rows| {
+            format!("{} rows", rows.len().min(9))
+        })
     });
 }
 

@@ -6,12 +6,15 @@
 //! absorbs a faster one. A contact-phase row that approaches faster than `v_min` also starts an impact. The
 //! force stream is written only on request.
 
+mod time_order;
+
 use std::collections::BTreeMap;
 
 use clangor_core::body::{Body, BodyId};
 use clangor_core::timeline::{ContactKind, ContactRow, FractureRow, PoseRow, TimelineSink};
 
 use crate::SimulationReport;
+use time_order::TimeOrder;
 
 /// Impulses of a pair within this time of the first are one impact \[s\].
 pub const MERGE_WINDOW: f64 = 0.5e-3;
@@ -40,6 +43,7 @@ pub struct Recorder<'a> {
     open: BTreeMap<(BodyId, BodyId), OpenImpact>,
     next_id: u64,
     report: SimulationReport,
+    order: TimeOrder,
 }
 
 /// A recorder between two of its sinks: the impacts that later rows may still join, and the counts so far.
@@ -48,6 +52,7 @@ pub struct Suspended {
     open: BTreeMap<(BodyId, BodyId), OpenImpact>,
     last_id: u64,
     report: SimulationReport,
+    order: TimeOrder,
 }
 
 /// An impact that later rows may still join.
@@ -66,13 +71,14 @@ impl<'a> Recorder<'a> {
 
     /// Continues from a suspended recorder, with a new sink.
     pub fn resume(settings: RecordSettings, from: Suspended, sink: &'a mut dyn TimelineSink) -> Self {
-        let Suspended { open, last_id, report } = from;
-        Recorder { settings, sink, open, next_id: last_id + 1, report }
+        let Suspended { open, last_id, report, order } = from;
+        Recorder { settings, sink, open, next_id: last_id + 1, report, order }
     }
 
     /// Releases the sink; open impacts stay open.
     pub fn suspend(self) -> Suspended {
-        Suspended { open: self.open, last_id: self.next_id - 1, report: self.report }
+        let Recorder { open, next_id, report, order, .. } = self;
+        Suspended { open, last_id: next_id - 1, report, order }
     }
 
     /// The settings.
@@ -141,7 +147,15 @@ impl<'a> Recorder<'a> {
 
     /// Records a pose at the pose rate.
     pub fn pose(&mut self, row: &PoseRow) -> std::io::Result<()> {
-        self.sink.pose(row)
+        self.order.pose(row, self.sink)
+    }
+
+    /// From now on, rows and poses are written in the order of their times. `since` is the earliest time \[s\]
+    /// that a row or pose may still have: now, or the onset of a contact that lasts. Without a call they are
+    /// written as they come, an impact when it is over.
+    pub(crate) fn keep_order(&mut self, since: f64) -> std::io::Result<()> {
+        let before = self.open.values().map(|open| open.start).fold(since, f64::min);
+        self.order.release(before, self.sink)
     }
 
     /// Records a fracture, its pieces, and the impulses of its cracks; the impulses between the same two
@@ -165,7 +179,8 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Closes the impacts that have ended; no row before `time` may follow.
+    /// Closes the impacts that have ended by `time` \[s\]; only contacts that last may still have earlier rows
+    /// ([`Self::keep_order`]).
     pub fn advance(&mut self, time: f64) -> std::io::Result<()> {
         let over: Vec<_> =
             self.open.iter().filter(|(_, o)| time - o.start > MERGE_WINDOW).map(|(k, _)| *k).collect();
@@ -192,6 +207,7 @@ impl<'a> Recorder<'a> {
     /// Closes everything and reports.
     pub fn finish(mut self, time: f64) -> std::io::Result<SimulationReport> {
         self.advance(f64::INFINITY)?;
+        self.order.release(f64::INFINITY, self.sink)?;
         self.report.time = time;
         Ok(self.report)
     }
@@ -216,7 +232,7 @@ impl<'a> Recorder<'a> {
         self.next_id += u64::from(kept);
         if kept {
             for pose in &impact.poses {
-                self.sink.pose(pose)?;
+                self.order.pose(pose, self.sink)?;
             }
         }
         for row in &impact.rows {
@@ -227,7 +243,7 @@ impl<'a> Recorder<'a> {
 
     fn write(&mut self, row: &ContactRow) -> std::io::Result<()> {
         self.report.rows += 1;
-        self.sink.contact(row)
+        self.order.contact(row, self.sink)
     }
 }
 

@@ -54,11 +54,11 @@ fn a_turned_block_rings_as_in_bricks() {
     assert!(cells.modes.len() > 10 && difference < 5e-3, "{difference}");
 }
 
-/// A rock, as a mesh, beside cells for a fifth of the error.
+/// A rock, as a mesh, beside smaller cells.
 #[test]
 fn a_rock_rings_as_in_finer_cells() {
     let rock = BakeGeometry::of_mesh(&centred(&shape("rock:1x0.07@0.025")));
-    let (coarse, fine) = (solved(&rock, 20e3, 0.01), solved(&rock, 20e3, 0.002));
+    let (coarse, fine) = (solved(&rock, 20e3, 0.01), solved(&rock, 20e3, 2e-4));
     let difference = difference(&coarse, &fine);
     println!("{} modes, {} and {} nodes: {difference:.1e}", coarse.modes.len(), coarse.nodes, fine.nodes);
     assert!(fine.nodes > coarse.nodes, "the same cells");
@@ -81,7 +81,7 @@ fn an_inner_edge_of_a_compact_body_is_told() {
         mesh.triangles.extend([[k, n, n + 6], [k, n + 6, k + 6]]);
     }
     let bracket = BakeGeometry::of_mesh(&centred(&mesh));
-    let (coarse, fine) = (solved(&bracket, 20e3, 0.05), solved(&bracket, 20e3, 0.003));
+    let (coarse, fine) = (solved(&bracket, 20e3, 0.05), solved(&bracket, 20e3, 0.01));
     let off = coarse.modes[0].frequency / fine.modes[0].frequency - 1.0;
     let said = coarse.modes[0].mesh_error;
     println!("{} and {} nodes: {off:.1e} off, {said:.1e} said", coarse.nodes, fine.nodes);

@@ -23,7 +23,7 @@ fn edit_distance(a: &str, b: &str) -> usize {
 
 /// The known name nearest to `name`, if it is a likely correction: at most a third of its letters differ, or
 /// one contains the other.
-pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     // Longer than any name of the format: the quadratic search is not worth its cost.
     const LONGEST: usize = 64;
     if name.chars().count() > LONGEST {

@@ -115,7 +115,7 @@ impl RowSink for Rows {
         "docs/format/dataset.md"
     }
 
-    fn columns(&mut self, _: &[bool]) -> Result<(), DatasetError> {
+    fn columns(&mut self, _: &[String], _: &[bool]) -> Result<(), DatasetError> {
         Ok(())
     }
 

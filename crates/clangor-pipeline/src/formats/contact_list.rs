@@ -38,7 +38,9 @@ use clangor_core::quantity;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
+use crate::formats::column_names::listed;
 use crate::formats::input_file::read_bounded;
+use crate::formats::named_bodies::NamedBodies;
 use crate::formats::record_table::RecordTableError;
 use crate::formats::separated_values::{ValueFault, values_of};
 
@@ -101,11 +103,21 @@ pub enum LineFault {
         /// Its name.
         column: &'static str,
     },
+    /// A required column that a list does not have.
+    #[error("{column} is missing: {found}")]
+    NoColumn {
+        /// Its name.
+        column: &'static str,
+        /// The columns that are there.
+        found: String,
+    },
     /// A name that means nothing.
-    #[error("column {name} is unknown; docs/format/timeline.md lists the columns")]
+    #[error("column {name} is unknown; docs/format/timeline.md lists the columns{remedy}")]
     Unknown {
         /// The name.
         name: String,
+        /// The column that is likely meant, or those that are missing and those that are there.
+        remedy: String,
     },
     /// A line that cannot be divided into values.
     #[error(transparent)]
@@ -148,12 +160,14 @@ pub enum LineFault {
     #[error("velocity and speed are both given; leave out one")]
     SpeedTwice,
     /// A body that does not exist.
-    #[error("{column} is {text}, which is neither the name nor the number of a body")]
+    #[error("{column} is {text}, which is neither the name nor the number of a body{remedy}")]
     Body {
         /// The column.
         column: &'static str,
         /// What is there.
         text: String,
+        /// The name that is likely meant, or nothing.
+        remedy: String,
     },
     /// A kind of contact that does not exist.
     #[error("kind is {text}, none of impact, contact, constraint, fracture, sleep")]
@@ -198,16 +212,10 @@ const WORLD_NAME: &str = "world";
 
 /// Reads a contact list; the extension tells the format.
 ///
-/// `body` finds a body by its name; a text that is no name may be a number below `body_count`.
-///
 /// # Errors
 /// [`ContactListError`] names the line and the column.
-pub fn read_contact_list(
-    path: &Path,
-    body_count: usize,
-    body: &dyn Fn(&str) -> Option<BodyId>,
-) -> Result<Vec<ContactRow>, ContactListError> {
-    Ok(read_listed_contacts(path, body_count, body)?.into_iter().map(|listed| listed.row).collect())
+pub fn read_contact_list(path: &Path, bodies: &NamedBodies<'_>) -> Result<Vec<ContactRow>, ContactListError> {
+    Ok(read_listed_contacts(path, bodies)?.into_iter().map(|listed| listed.row).collect())
 }
 
 /// As [`read_contact_list`], each row with its place in the list.
@@ -216,15 +224,14 @@ pub fn read_contact_list(
 /// [`ContactListError`] names the line and the column.
 pub fn read_listed_contacts(
     path: &Path,
-    body_count: usize,
-    body: &dyn Fn(&str) -> Option<BodyId>,
+    bodies: &NamedBodies<'_>,
 ) -> Result<Vec<ListedContact>, ContactListError> {
-    let entries = read_entries(path)?.and_then(|entries| {
-        entries
-            .into_iter()
+    let entries = read_entries(path)?.and_then(|Entries { columns, rows }| {
+        rows.into_iter()
             .map(|(line, entry)| {
                 let names_second = entry.body_b.is_some();
-                let (row, is_numbered) = entry.into_row(body_count, body).map_err(|fault| (line, fault))?;
+                let (row, is_numbered) =
+                    entry.into_row(bodies).map_err(|fault| (line, fault.in_list_of(&columns)))?;
                 Ok((ListedContact { line, row, names_second }, is_numbered))
             })
             .collect::<Result<Vec<_>, _>>()
@@ -294,23 +301,50 @@ struct Entry {
 }
 
 /// Lines with their numbers, or the first wrong line.
-type Parsed = Result<Vec<(usize, Entry)>, (usize, LineFault)>;
+type Parsed = Result<Entries, (usize, LineFault)>;
+
+/// The lines of a list.
+#[derive(Default)]
+struct Entries {
+    /// Names of its columns; none of JSON lines.
+    columns: Vec<&'static str>,
+    rows: Vec<(usize, Entry)>,
+}
+
+impl LineFault {
+    /// The same of a list with these columns.
+    fn in_list_of(self, columns: &[&'static str]) -> Self {
+        match self {
+            LineFault::Missing { column }
+                if !columns.is_empty() && !columns.iter().any(|name| is_part_of(name, column)) =>
+            {
+                LineFault::NoColumn {
+                    column,
+                    found: format!("there are {}", listed(columns.iter().copied())),
+                }
+            }
+            other => other,
+        }
+    }
+}
+
+/// Whether a column holds a quantity or a component of it.
+fn is_part_of(name: &str, quantity: &str) -> bool {
+    let component = name.strip_prefix(quantity).and_then(|rest| rest.strip_prefix('_'));
+    name == quantity || component.is_some_and(|axis| ["x", "y", "z"].contains(&axis))
+}
 
 impl Entry {
     /// The row, and whether its impact was numbered.
-    fn into_row(
-        self,
-        body_count: usize,
-        body: &dyn Fn(&str) -> Option<BodyId>,
-    ) -> Result<(ContactRow, bool), LineFault> {
+    fn into_row(self, bodies: &NamedBodies<'_>) -> Result<(ContactRow, bool), LineFault> {
         let find = |column: &'static str, text: &str| {
-            let number = || body_of_number(text, body_count);
-            body(text).or_else(number).ok_or_else(|| LineFault::Body { column, text: text.into() })
+            let wrong = || LineFault::Body { column, text: text.into(), remedy: bodies.meant(text) };
+            bodies.find(text).ok_or_else(wrong)
         };
         let body_a = find("body_a", self.body_a.as_deref().ok_or(LineFault::Missing { column: "body_a" })?)?;
         let body_b = match self.body_b.as_deref() {
             None => BodyId::WORLD,
-            Some(WORLD_NAME) if body(WORLD_NAME).is_none() => BodyId::WORLD,
+            Some(WORLD_NAME) if !bodies.has(WORLD_NAME) => BodyId::WORLD,
             Some(text) if text.parse() == Ok(BodyId::WORLD.0) => BodyId::WORLD,
             Some(text) => find("body_b", text)?,
         };
@@ -383,12 +417,6 @@ fn check_ranges(row: &ContactRow) -> Result<(), LineFault> {
         Some((column, value, range)) => Err(LineFault::Range { column, value, expected: range.expected() }),
         None => Ok(()),
     }
-}
-
-/// The body of a number as digits: `1`, but not `01` or `+1`, which may be meant as names.
-pub(crate) fn body_of_number(text: &str, body_count: usize) -> Option<BodyId> {
-    let number: u32 = text.parse().ok()?;
-    ((number as usize) < body_count && number.to_string() == text).then_some(BodyId(number))
 }
 
 fn needed_vector(column: &'static str, values: [Option<f64>; 3]) -> Result<DVec3, LineFault> {

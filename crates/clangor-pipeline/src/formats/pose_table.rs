@@ -12,14 +12,14 @@
 //! are computed from the poses. The rows of a body come in order of time, up to 1 ms; those of several bodies
 //! may be mixed.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::BodyId;
 use clangor_core::pose::Pose;
 use glam::{DQuat, DVec3};
 
-use super::contact_list::body_of_number;
+use super::column_names::instead_of;
+use super::named_bodies::NamedBodies;
 use super::record_table::{Cell, MAX_ROWS, RecordTableError, RowSink, read_rows};
 use crate::motion::recording::Frame;
 
@@ -73,12 +73,14 @@ pub enum PoseTableError {
     #[error(transparent)]
     Table(#[from] RecordTableError),
     /// A column is missing.
-    #[error("{path} has no column {column}; docs/format/timeline.md lists the columns of poses")]
+    #[error("{path} has no column {column}; {found}; docs/format/timeline.md lists the columns of poses")]
     Missing {
         /// The file.
         path: PathBuf,
         /// The column.
         column: String,
+        /// The columns that are there, and which of them is likely meant.
+        found: String,
     },
     /// Positions in two ways.
     #[error("{path} has both position and origin; leave out one")]
@@ -99,7 +101,7 @@ pub enum PoseTableError {
         text: String,
     },
     /// A body that does not exist.
-    #[error("{path}, row {row}: body is {text}, which is neither the name nor the number of a body")]
+    #[error("{path}, row {row}: body is {text}, which is neither the name nor the number of a body{remedy}")]
     Body {
         /// The file.
         path: PathBuf,
@@ -107,6 +109,8 @@ pub enum PoseTableError {
         row: u64,
         /// What is there.
         text: String,
+        /// The name that is likely meant, or nothing.
+        remedy: String,
     },
     /// A long table whose rows are not in order of time.
     #[error(
@@ -183,21 +187,16 @@ const POSITION: usize = 2;
 const ORIGIN: usize = 5;
 const ORIENTATION: usize = 8;
 
-/// Reads poses; `body` finds a body by its name, and a text that is no name may be a number below
-/// `body_count`.
+/// Reads the poses of some bodies.
 ///
 /// # Errors
 /// [`PoseTableError`] names the file, the row and the column.
-pub fn read_pose_table(
-    path: &Path,
-    body_count: usize,
-    body: &dyn Fn(&str) -> Option<BodyId>,
-) -> Result<PoseTable, PoseTableError> {
+pub fn read_pose_table(path: &Path, bodies: &NamedBodies<'_>) -> Result<PoseTable, PoseTableError> {
     let mut collected = Collected {
-        place_of: vec![None; body_count],
+        place_of: vec![None; bodies.count()],
         table: PoseTable { position_of: PositionOf::CentreOfMass, bodies: Vec::new() },
     };
-    scan_poses(path, body_count, body, &mut collected)?;
+    scan_poses(path, bodies, &mut collected)?;
     Ok(collected.table)
 }
 
@@ -207,16 +206,13 @@ pub fn read_pose_table(
 /// [`PoseTableError`], and those of the sink.
 pub(crate) fn scan_poses<S: PoseSink>(
     path: &Path,
-    body_count: usize,
-    body: &dyn Fn(&str) -> Option<BodyId>,
+    bodies: &NamedBodies<'_>,
     sink: &mut S,
 ) -> Result<(), S::Error> {
     let mut reader = Reader {
         path,
-        find: body,
-        body_count,
-        ids: HashMap::new(),
-        numbered: vec![None; body_count],
+        bodies,
+        numbered: vec![None; bodies.count()],
         position_of: PositionOf::CentreOfMass,
         is_turned: false,
         is_empty: true,
@@ -272,10 +268,7 @@ pub(crate) fn insert(frames: &mut Vec<Frame>, frame: Frame) {
 /// Turns rows into frames.
 struct Reader<'a, S> {
     path: &'a Path,
-    find: &'a dyn Fn(&str) -> Option<BodyId>,
-    body_count: usize,
-    /// Bodies of the texts so far.
-    ids: HashMap<String, BodyId>,
+    bodies: &'a NamedBodies<'a>,
     /// Bodies of the whole numbers so far.
     numbered: Vec<Option<BodyId>>,
     position_of: PositionOf,
@@ -299,7 +292,7 @@ impl<S: PoseSink> RowSink for Reader<'_, S> {
         IGNORED.iter().any(|beginning| name.starts_with(beginning))
     }
 
-    fn columns(&mut self, present: &[bool]) -> Result<(), S::Error> {
+    fn columns(&mut self, names: &[String], present: &[bool]) -> Result<(), S::Error> {
         if present[ORIGIN] && present[POSITION] {
             return Err(PoseTableError::TwoPositions { path: self.path.into() }.into());
         }
@@ -310,8 +303,11 @@ impl<S: PoseSink> RowSink for Reader<'_, S> {
         let mut needed = [TIME, BODY].into_iter().chain(position..position + 3).chain(turned);
         match needed.find(|place| !present[*place]) {
             Some(place) => {
-                let path = self.path.into();
-                Err(PoseTableError::Missing { path, column: COLUMNS[place].into() }.into())
+                let names = names.iter().map(String::as_str);
+                let unknown = names.clone().filter(|name| !COLUMNS.contains(name));
+                let found = instead_of(COLUMNS[place], names, unknown);
+                let (path, column) = (self.path.into(), COLUMNS[place].into());
+                Err(PoseTableError::Missing { path, column, found }.into())
             }
             None => {
                 self.sink.begin(self.position_of);
@@ -335,21 +331,21 @@ impl<S> Reader<'_, S> {
             _ => None,
         };
         let known = match cell {
-            Cell::Text(text) => self.ids.get(text).copied(),
+            Cell::Text(text) => self.bodies.find(text),
             _ => number.and_then(|number| *self.numbered.get(number)?),
         };
         if let Some(id) = known {
             return Ok(id);
         }
         let text = shown(cell, "");
-        let id = (self.find)(&text).or_else(|| body_of_number(&text, self.body_count));
-        let id =
-            id.ok_or_else(|| PoseTableError::Body { path: self.path.into(), row, text: text.clone() })?;
+        let id = self.bodies.find(&text).ok_or_else(|| PoseTableError::Body {
+            path: self.path.into(),
+            row,
+            remedy: self.bodies.meant(&text),
+            text,
+        })?;
         if let Some(place) = number.and_then(|number| self.numbered.get_mut(number)) {
             *place = Some(id);
-        }
-        if matches!(cell, Cell::Text(_)) {
-            self.ids.insert(text, id);
         }
         Ok(id)
     }

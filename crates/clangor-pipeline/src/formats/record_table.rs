@@ -10,10 +10,11 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use crate::formats::column_names::meant;
 use crate::formats::separated_values::{SeparatedValues, values_of};
 
 /// Column in which pandas writes the numbers of rows to Parquet.
-const PANDAS_INDEX: &str = "__index_level_0__";
+pub(super) const PANDAS_INDEX: &str = "__index_level_0__";
 /// Endings of names of vector components.
 const COMPONENTS: [&str; 4] = ["_x", "_y", "_z", "_w"];
 
@@ -54,9 +55,9 @@ pub(crate) trait RowSink {
         "docs/format/timeline.md"
     }
 
-    /// Which columns the table has, in the order of [`known`](Self::known); of JSON lines, those of the
-    /// first.
-    fn columns(&mut self, present: &[bool]) -> Result<(), Self::Error>;
+    /// The names of the table's columns, and which of [`known`](Self::known) are there; of JSON lines, those
+    /// of the first.
+    fn columns(&mut self, names: &[String], present: &[bool]) -> Result<(), Self::Error>;
 
     /// A row: the line of a text from 1, or the row of a Parquet file from 0.
     fn row(&mut self, row: u64, cells: &[Cell]) -> Result<(), Self::Error>;
@@ -98,7 +99,7 @@ pub enum RecordTableError {
         reason: String,
     },
     /// A column that means nothing.
-    #[error("{path}: column {column} is unknown; {document} lists the columns")]
+    #[error("{path}: column {column} is unknown; {document} lists the columns{remedy}")]
     Unknown {
         /// The file.
         path: PathBuf,
@@ -106,6 +107,8 @@ pub enum RecordTableError {
         column: String,
         /// The page that lists the columns.
         document: &'static str,
+        /// The column that is likely meant, or nothing.
+        remedy: String,
     },
     /// A column given twice.
     #[error("{path}: column {column} comes twice")]
@@ -174,16 +177,17 @@ fn places<S: RowSink>(path: &Path, names: &[String], sink: &mut S) -> Result<Vec
         places.push(place);
     }
     // A missing column is reported first: an unknown one may be its misspelt name.
-    sink.columns(&present)?;
+    sink.columns(names, &present)?;
     match unknown {
-        Some(column) => Err(unknown_column(path, column, sink)),
+        Some(column) => Err(unknown_column(path, column, names, sink)),
         None => Ok(places),
     }
 }
 
-fn unknown_column<S: RowSink>(path: &Path, column: &str, sink: &S) -> S::Error {
-    let (column, document) = (column.to_owned(), sink.document());
-    RecordTableError::Unknown { path: path.into(), column, document }.into()
+fn unknown_column<S: RowSink>(path: &Path, column: &str, names: &[String], sink: &S) -> S::Error {
+    let free = sink.known().iter().copied().filter(|known| !names.iter().any(|name| name == known));
+    let (remedy, column, document) = (meant(column, free), column.to_owned(), sink.document());
+    RecordTableError::Unknown { path: path.into(), column, document, remedy }.into()
 }
 
 /// The lines of a text that are neither empty nor a remark, with their numbers.
@@ -297,11 +301,11 @@ fn jsonl<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
             places(path, &names, sink)?;
         }
         cells.fill(Cell::Empty);
-        for (name, value) in names.into_iter().zip(values) {
-            match sink.known().iter().position(|known| *known == name) {
+        for (name, value) in names.iter().zip(values) {
+            match sink.known().iter().position(|known| known == name) {
                 Some(place) => cells[place] = value,
-                None if sink.is_ignored(&name) => {}
-                None => return Err(unknown_column(path, &name, sink)),
+                None if sink.is_ignored(name) => {}
+                None => return Err(unknown_column(path, name, &names, sink)),
             }
         }
         sink.row(row, &cells)?;

@@ -10,6 +10,7 @@ use super::imported_header::imported_header;
 use super::listed_flights::listed_flights;
 use crate::formats::contact_list::{ContactListError, read_listed_contacts};
 use crate::formats::glb::{GlbError, GlbSummary, write_glb};
+use crate::formats::named_bodies::NamedBodies;
 use crate::formats::timeline_file::{TimelineError, TimelineReader, TimelineSummary, TimelineWriter};
 use crate::motion::contact_checks::{ContactFault, check_contacts, time_outside};
 use crate::motion::list_clock::long_clock;
@@ -108,8 +109,7 @@ pub fn import_contacts(
     replace: bool,
 ) -> Result<ImportedContacts, InterchangeError> {
     let bodies = &loaded.world.bodies;
-    let named = |name: &str| loaded.world.body_named(name);
-    let rows = read_listed_contacts(list, bodies.len(), &named)?;
+    let rows = read_listed_contacts(list, &NamedBodies::of(&loaded.world))?;
     if let Some(listed) = time_outside(&rows) {
         let (row, time) = (listed.line, listed.row.time);
         return Err(InterchangeError::Time { path: list.into(), row, time });

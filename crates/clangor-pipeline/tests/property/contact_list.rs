@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clangor_core::body::BodyId;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use clangor_pipeline::formats::contact_list::{ContactListError, read_contact_list};
+use clangor_pipeline::formats::named_bodies::NamedBodies;
 use glam::DVec3;
 use proptest::prelude::*;
 use tempfile::TempDir;
@@ -17,8 +18,7 @@ fn read_text(name: &str, text: impl AsRef<[u8]>) -> Result<Vec<ContactRow>, Cont
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, text).unwrap();
-    let body = |name: &str| NAMES.iter().position(|n| *n == name).map(|i| BodyId(i as u32));
-    read_contact_list(&path, NAMES.len(), &body)
+    read_contact_list(&path, &NamedBodies::new(NAMES))
 }
 
 #[test]
@@ -52,12 +52,26 @@ fn mistakes_are_told_by_line_and_column() {
     let head = "t,body_a,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n";
     let csv = [
         ("a,b\n".to_string(), "line 1: column a is unknown"),
+        (
+            head.replacen("t,", "Time,", 1),
+            "line 1: column Time is unknown; docs/format/timeline.md lists the columns; t is missing, there \
+             are Time, body_a, point_x,",
+        ),
+        (head.replace("impulse_n", "Impulse_N"), "lists the columns; rename Impulse_N to impulse_n"),
+        (head.replace("speed", "sped"), "lists the columns; did you mean speed by sped?"),
+        (
+            format!("{}0,die,0,0,0,0,1,0,1\n", head.replace(",impulse_n", "")),
+            "line 2: impulse_n is missing: there are t, body_a, point_x,",
+        ),
         ("t,t\n".into(), "line 1: column t comes twice"),
         (format!("{head}0,die,0,0,0,0,1,0,1\n"), "line 2: there are 9 values, but the header has 10 columns"),
         (format!("{head}\n# x\n0,die,0,0,zero,0,1,0,1,1\n"), "line 4: point_z is zero, not a finite number"),
         (format!("{head}NaN,die,0,0,0,0,1,0,1,1\n"), "line 2: t is NaN, not a finite number"),
         (format!("{head}0,die,0,0,0,0,1,0,inf,1\n"), "line 2: impulse_n is inf, not a finite number"),
-        (format!("{head}0,dice,0,0,0,0,1,0,1,1\n"), "line 2: body_a is dice, which is neither the name nor"),
+        (
+            format!("{head}0,dice,0,0,0,0,1,0,1,1\n"),
+            "line 2: body_a is dice, which is neither the name nor the number of a body; did you mean die?",
+        ),
         (format!("{head}0,4,0,0,0,0,1,0,1,1\n"), "line 2: body_a is 4, which is neither the name nor"),
         (format!("{head}0,,0,0,0,0,1,0,1,1\n"), "line 2: body_a is missing"),
         (format!("{head}0,die,0,,0,0,1,0,1,1\n"), "line 2: point is missing"),
@@ -92,8 +106,7 @@ fn mistakes_are_told_by_line_and_column() {
     assert!(matches!(read_text("a.txt", ""), Err(ContactListError::Extension { .. })));
     assert!(matches!(read_text("a.csv", [b't', 0xFF]), Err(ContactListError::NotText { at: 1, .. })));
     let missing: (TempDir, PathBuf) = (tempfile::tempdir().unwrap(), "none.csv".into());
-    let none = |_: &str| None;
-    let error = read_contact_list(&missing.0.path().join(missing.1), 0, &none).unwrap_err();
+    let error = read_contact_list(&missing.0.path().join(missing.1), &NamedBodies::default()).unwrap_err();
     assert!(matches!(error, ContactListError::Io { .. }));
     assert_eq!(read_text("a.csv", "").unwrap(), []);
 }

@@ -264,7 +264,10 @@ fn property_mistakes_of_tables_are_named_with_file_row_and_column() {
         ("point_x,point_y\n0,1\n", "t.csv, line 2: point_z is missing"),
         ("striker,impulse_x,impulse_y,impulse_z\nwood,0,1,0\n", "line 2: impulse_x follows from the striker"),
         ("room\nkitchen\n", "t.csv, line 2: room is kitchen, which is no room of the recipe"),
-        ("objct\nbar\n", "column objct is unknown; docs/format/dataset.md lists the columns"),
+        (
+            "objct\nbar\n",
+            "column objct is unknown; docs/format/dataset.md lists the columns; did you mean object by objct?",
+        ),
         ("object,point_x,point_y,point_z\nbar,0,0.5,0\n", "t.csv, line 2: point (\"bar\"): the point"),
         ("object,listener_x,listener_y,listener_z\nbar,0,0,0\n", "t.csv, line 2: listener (\"bar\"):"),
         ("object\n", "t.csv has no rows"),

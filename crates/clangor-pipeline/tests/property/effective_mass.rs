@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use clangor_core::timeline::{ContactKind, ContactRow, Timeline};
 use clangor_pipeline::formats::contact_list::{ContactListError, read_contact_list};
+use clangor_pipeline::formats::named_bodies::NamedBodies;
 use clangor_pipeline::formats::timeline_file::{RowProblem, TimelineError, TimelineReader, TimelineWriter};
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::stages::load::load_scene;
@@ -160,7 +161,7 @@ fn listed(name: &str, text: &str) -> Result<Vec<Option<f64>>, ContactListError> 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
     fs::write(&path, text).unwrap();
-    let rows = read_contact_list(&path, 1, &|_| None)?;
+    let rows = read_contact_list(&path, &NamedBodies::new([""]))?;
     Ok(rows.iter().map(|row| row.effective_mass).collect())
 }
 
@@ -190,7 +191,7 @@ fn lists_of_all_formats_have_it() {
         columns.iter_mut().find(|(column, _)| *column == name).unwrap().1 = values.to_vec();
     }
     write_columns(&path, &columns, Compression::UNCOMPRESSED);
-    let rows = read_contact_list(&path, 1, &|_| None).unwrap();
+    let rows = read_contact_list(&path, &NamedBodies::new([""])).unwrap();
     assert_eq!(rows.iter().map(|row| row.effective_mass).collect::<Vec<_>>(), wanted[1..]);
 
     for (mass, expected) in [

@@ -218,7 +218,10 @@ fn property_bad_poses_are_refused_with_row_and_body() {
         (format!("{head}0,ball,0,NaN,0\n"), "row 2: position_y is NaN"),
         (format!("{head}0,ball,0,,0\n"), "row 2: position_y is empty"),
         (format!("{head}0,ball,0,high,0\n"), "row 2: position_y is high"),
-        (format!("{head}0,bell,0,0,0\n"), "row 2: body is bell"),
+        (
+            format!("{head}0,bell,0,0,0\n"),
+            "row 2: body is bell, which is neither the name nor the number of a body; did you mean ball?",
+        ),
         (
             format!("{head}0.1,ball,0,1,0\n0.0,ball,0,1,0\n"),
             "body ball, row 3: t = 0 s comes after t = 0.1 s",
@@ -233,7 +236,16 @@ fn property_bad_poses_are_refused_with_row_and_body() {
         (format!("{quaternion}0,ball,0,1,0,0,0,0,2\n"), "body ball, row 2: the orientation has length 2"),
         (format!("{head}0,anvil,0,1,0\n0.1,anvil,0,1.01,0\n"), "moves anvil, which is fixed in the scene"),
         (format!("{head}0,floor,0,1,0\n0.1,floor,0,1.01,0\n"), "moves floor, which is fixed in the scene"),
-        ("t,body,position_x,position_y\n0,ball,0,0\n".into(), "has no column position_z"),
+        (
+            "t,body,position_x,position_y\n0,ball,0,0\n".into(),
+            "has no column position_z; there are t, body, position_x, position_y",
+        ),
+        (head.replace("t,", "Time,"), "has no column t; there are Time, body, position_x,"),
+        (
+            head.replace("position_x", "Position_X"),
+            "has no column position_x; there are t, body, Position_X, position_y, position_z; rename \
+             Position_X to position_x; docs/format/timeline.md",
+        ),
         (
             "t,body,position_x,position_y,position_z,colour\n0,ball,0,0,0,1\n".into(),
             "column colour is unknown",

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use clangor_pipeline::formats::named_bodies::NamedBodies;
 use clangor_pipeline::formats::pose_table::read_pose_table;
 use clangor_pipeline::stages::load::{LoadedScene, load_scene};
 
@@ -22,8 +23,7 @@ pub(crate) fn scene() -> LoadedScene {
 
 /// A table in a folder with the poses of every so many frames, z up.
 pub(crate) fn poses(loaded: &LoadedScene, every: usize, folder: &Path) -> PathBuf {
-    let none = |_: &str| None;
-    let table = read_pose_table(&self::folder().join("poses.parquet"), loaded.world.bodies.len(), &none);
+    let table = read_pose_table(&self::folder().join("poses.parquet"), &NamedBodies::of(&loaded.world));
     let bodies = table.unwrap().bodies;
     let axes = ["position_x", "position_y", "position_z"];
     let turns = ["orientation_x", "orientation_y", "orientation_z", "orientation_w"];

@@ -27,6 +27,7 @@ mod rigid_linkages;
 mod rigid_rest;
 mod spheres_break;
 mod spheres_ledger;
+mod spheres_order;
 mod spheres_robust;
 mod spring_nets;
 mod thin_impacts;

@@ -1,6 +1,7 @@
 //! Contacts as separated values with a header.
 
-use super::{Entry, LineFault, Parsed};
+use super::{Entries, Entry, LineFault, Parsed, is_part_of};
+use crate::formats::column_names::{listed, meant};
 use crate::formats::separated_values::SeparatedValues;
 
 /// Where a value of a column goes.
@@ -70,20 +71,48 @@ pub(super) fn parse(text: &str) -> Parsed {
             }
         }
     }
-    Ok(entries)
+    let columns =
+        header.map_or_else(Vec::new, |(_, columns)| columns.iter().map(|(name, _)| *name).collect());
+    Ok(Entries { columns, rows: entries })
 }
 
 pub(super) fn parse_header(names: &[String]) -> Result<Vec<(&'static str, Column)>, LineFault> {
     let mut columns: Vec<(&'static str, Column)> = Vec::new();
     for name in names {
         let known = COLUMNS.iter().find(|(known, _)| known == name);
-        let (name, column) = *known.ok_or_else(|| LineFault::Unknown { name: name.clone() })?;
+        let unknown = || LineFault::Unknown { name: name.clone(), remedy: remedy(name, names) };
+        let (name, column) = *known.ok_or_else(unknown)?;
         if columns.iter().any(|(_, c)| *c == column) {
             return Err(LineFault::Twice { name: name.into() });
         }
         columns.push((name, column));
     }
     Ok(columns)
+}
+
+/// What every list needs, besides a velocity or speed.
+const NEEDED: [&str; 5] = ["t", "body_a", "point", "normal", "impulse_n"];
+
+/// What to do about a name that means nothing among the names of a list.
+pub(super) fn remedy(unknown: &str, names: &[String]) -> String {
+    let free = COLUMNS.iter().map(|(known, _)| *known).filter(|known| !names.iter().any(|n| n == known));
+    let meant = meant(unknown, free);
+    if !meant.is_empty() {
+        return meant;
+    }
+    let is_missing = |needed: &&&str| !names.iter().any(|name| is_part_of(name, needed));
+    let missing: Vec<&str> = NEEDED.iter().filter(is_missing).copied().collect();
+    match missing.is_empty() {
+        true => String::new(),
+        false => {
+            let there = listed(names.iter().map(String::as_str));
+            format!("; {} missing, there are {there}", are(&missing))
+        }
+    }
+}
+
+fn are(names: &[&str]) -> String {
+    format!("{} {}", names.join(", "), if names.len() == 1 { "is" } else { "are" })
 }
 
 pub(super) fn parse_entry(columns: &[(&'static str, Column)], values: &[String]) -> Result<Entry, LineFault> {

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{Entry, LineFault, Parsed};
+use super::{Entries, Entry, LineFault, Parsed};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -48,7 +48,7 @@ pub(super) fn parse(text: &str) -> Parsed {
         let fields = serde_json::from_str(line).map_err(|e| (index + 1, fault(&e)))?;
         entries.push((index + 1, entry(fields)));
     }
-    Ok(entries)
+    Ok(Entries { columns: Vec::new(), rows: entries })
 }
 
 fn entry(fields: Fields) -> Entry {

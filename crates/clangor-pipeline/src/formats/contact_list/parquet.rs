@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use super::csv::{COLUMNS, parse_entry};
-use super::{ContactListError, Entry, LineFault, Parsed};
-use crate::formats::record_table::{Cell, RecordTableError, RowSink, read_rows};
+use super::csv::{COLUMNS, parse_entry, remedy};
+use super::{ContactListError, Entries, LineFault, Parsed};
+use crate::formats::record_table::{Cell, PANDAS_INDEX, RecordTableError, RowSink, read_rows};
 
 /// The outer error is that of the file, the inner one that of a row.
 pub(super) fn parse(path: &Path) -> Result<Parsed, ContactListError> {
     let known = COLUMNS.map(|(name, _)| name);
-    let mut rows = Rows { known, entries: Vec::new() };
+    let mut rows = Rows { path, known, entries: Entries::default() };
     match read_rows(path, &mut rows) {
         Ok(()) => Ok(Ok(rows.entries)),
         Err(Fault::Row(row, fault)) => Ok(Err((row, fault))),
@@ -17,9 +17,10 @@ pub(super) fn parse(path: &Path) -> Result<Parsed, ContactListError> {
     }
 }
 
-struct Rows {
+struct Rows<'a> {
+    path: &'a Path,
     known: [&'static str; COLUMNS.len()],
-    entries: Vec<(usize, Entry)>,
+    entries: Entries,
 }
 
 enum Fault {
@@ -33,7 +34,7 @@ impl From<RecordTableError> for Fault {
     }
 }
 
-impl RowSink for Rows {
+impl RowSink for Rows<'_> {
     type Error = Fault;
 
     fn known(&self) -> &[&'static str] {
@@ -44,8 +45,17 @@ impl RowSink for Rows {
         false
     }
 
-    fn columns(&mut self, _: &[bool]) -> Result<(), Fault> {
-        Ok(())
+    fn columns(&mut self, names: &[String], present: &[bool]) -> Result<(), Fault> {
+        self.entries.columns =
+            self.known.into_iter().zip(present).filter_map(|(n, is)| is.then_some(n)).collect();
+        match names.iter().find(|name| !self.known.contains(&name.as_str()) && *name != PANDAS_INDEX) {
+            Some(column) => {
+                let (remedy, document) = (remedy(column, names), self.document());
+                let (path, column) = (self.path.into(), column.clone());
+                Err(RecordTableError::Unknown { path, column, document, remedy }.into())
+            }
+            None => Ok(()),
+        }
     }
 
     fn row(&mut self, row: u64, cells: &[Cell]) -> Result<(), Fault> {
@@ -55,7 +65,9 @@ impl RowSink for Rows {
             Cell::Text(text) => text.clone(),
         };
         let (row, values) = (row as usize, cells.iter().map(text).collect::<Vec<_>>());
-        self.entries.push((row, parse_entry(&COLUMNS, &values).map_err(|fault| Fault::Row(row, fault))?));
+        self.entries
+            .rows
+            .push((row, parse_entry(&COLUMNS, &values).map_err(|fault| Fault::Row(row, fault))?));
         Ok(())
     }
 }

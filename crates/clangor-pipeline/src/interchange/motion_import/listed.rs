@@ -8,6 +8,7 @@ use super::file_frame::FileFrame;
 use super::pose_rows::pose_rows;
 use super::{MotionFiles, MotionImportError};
 use crate::formats::contact_list::{ListedContact, read_listed_contacts};
+use crate::formats::named_bodies::NamedBodies;
 use crate::motion::contact_checks::{ContactFault, check_clock, check_contacts, time_outside};
 use crate::motion::recording::RecordedBody;
 use crate::motion::repeated_contacts::RepeatedContacts;
@@ -19,7 +20,6 @@ pub(super) fn read_contacts(
     files: &MotionFiles,
     remarks: &mut Vec<String>,
 ) -> Result<Vec<ContactRow>, MotionImportError> {
-    let named = |name: &str| world.body_named(name);
     let poses: Vec<PoseRow> = pose_rows(recorded, &[], 0.0, f64::INFINITY).collect();
     let history = PoseHistory::try_new(&world.bodies, &poses)?;
     let pose_of = |id: BodyId, time: f64| {
@@ -32,7 +32,7 @@ pub(super) fn read_contacts(
     let mut contacts = Vec::new();
     let mut repeated = RepeatedContacts::default();
     for path in &files.contacts {
-        let mut rows = read_listed_contacts(path, world.bodies.len(), &named)?;
+        let mut rows = read_listed_contacts(path, &NamedBodies::of(world))?;
         rows.iter_mut().for_each(|listed| listed.row.time *= files.time_unit.seconds);
         if let Some(listed) = time_outside(&rows) {
             let (row, time) = (listed.line, listed.row.time);

@@ -12,6 +12,7 @@ use super::file_frame::FileFrame;
 use super::pose_rows::velocities;
 use super::{MotionFiles, MotionImportError};
 use crate::formats::gltf_motion::read_gltf_motion;
+use crate::formats::named_bodies::NamedBodies;
 use crate::formats::pose_table::{PositionOf, read_pose_table};
 use crate::interchange::gltf_bodies::fault::GltfBodyFaults;
 use crate::interchange::gltf_bodies::{NodeBodies, add_nodes};
@@ -197,8 +198,7 @@ fn read_poses(
     path: &Path,
     files: &MotionFiles,
 ) -> Result<Vec<RecordedBody>, MotionImportError> {
-    let named = |name: &str| world.body_named(name);
-    let table = read_pose_table(path, world.bodies.len(), &named)?;
+    let table = read_pose_table(path, &NamedBodies::of(world))?;
     let mut frame_of = FramesOfTable::new(world, files, table.position_of);
     let mut bodies = Vec::with_capacity(table.bodies.len());
     for (body, mut frames) in table.bodies {

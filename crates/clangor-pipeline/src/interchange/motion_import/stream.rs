@@ -11,6 +11,7 @@ use super::pose_rows::pose_rows;
 use super::recording::{FramesOfTable, start};
 use super::survey::{KEPT, MOST_STREAMED, StreamPlan, Survey};
 use super::{FoundImpacts, MotionFiles, MotionImportError, MotionSummary, name_of, unrecorded};
+use crate::formats::named_bodies::NamedBodies;
 use crate::formats::pose_table::{PoseSink, PoseTableError, PositionOf, insert, scan_poses};
 use crate::formats::record_table::MAX_ROWS;
 use crate::formats::timeline_file::TimelineWriter;
@@ -72,7 +73,7 @@ pub(super) fn import_stream(
         found: FoundImpacts::default(),
         writer: TimelineWriter::create(output, &header, replace)?,
     };
-    scan_poses(path, world.bodies.len(), &|name| world.body_named(name), &mut stream)?;
+    scan_poses(path, &NamedBodies::of(&world), &mut stream)?;
     stream.part.to = f64::INFINITY;
     stream.finish_part()?;
     let PoseStream { mut writer, found, search, recorded, joints, .. } = stream;

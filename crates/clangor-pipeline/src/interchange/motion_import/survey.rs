@@ -7,6 +7,7 @@ use clangor_core::body::{BodyId, World};
 
 use super::recording::{FramesOfTable, check_movable};
 use super::{MotionFiles, MotionImportError};
+use crate::formats::named_bodies::NamedBodies;
 use crate::formats::pose_table::{LATE, LATENESS, PoseSink, PoseTableError, PositionOf, insert, scan_poses};
 use crate::formats::record_table::MAX_ROWS;
 use crate::motion::frame_checks::FrameChecks;
@@ -124,7 +125,7 @@ pub(super) fn survey(
             unsorted: None,
         },
     };
-    scan_poses(path, world.bodies.len(), &|name| world.body_named(name), &mut surveyor)?;
+    scan_poses(path, &NamedBodies::of(world), &mut surveyor)?;
     for place in 0..surveyor.pending.len() {
         surveyor.release(place, f64::INFINITY)?;
     }

@@ -50,6 +50,7 @@ impl Engine {
             let (pose_at, step_at, beat_at) = (pose_time(poses), sample(steps, step), sample(beats, BEAT));
             let stop = pose_at.min(step_at).min(beat_at).min(settings.duration);
             self.advance(world, stop, u64::MAX, recorder)?;
+            recorder.keep_order(self.now.min(self.pressed.first_onset()))?;
             if stop >= pose_at {
                 self.write_poses(recorder)?;
                 poses += 1;

@@ -63,6 +63,12 @@ impl Pressed {
         self.outsiders.iter_mut().for_each(|(_, ball)| *ball = new_of[*ball as usize]);
     }
 
+    /// When the earliest of the contacts that last began \[s\]; infinite without any.
+    pub(super) fn first_onset(&self) -> f64 {
+        let open = self.tracks.iter().filter_map(|track| track.open.as_ref());
+        open.map(|open| open.row.time).fold(f64::INFINITY, f64::min)
+    }
+
     pub(super) fn is_listed(&self, one: usize, two: usize) -> bool {
         self.cluster.presses.iter().any(|press| match press.partner {
             Partner::Ball(other) => (press.ball, other) == (one, two) || (press.ball, other) == (two, one),

@@ -1,0 +1,68 @@
+//! What to say of columns that are missing or unknown: which are there, and which of them is spelt otherwise.
+
+use clangor_core::scene::suggest::nearest;
+
+/// Names of columns that are listed at most.
+const MOST_NAMES: usize = 24;
+
+/// A name without case, underscores and the like: `Position_X` and `positionX` are `positionx`.
+fn letters(name: &str) -> String {
+    name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
+/// What to do where a file has `found` instead of `wanted`.
+fn remedy(found: &str, wanted: &str) -> String {
+    match letters(found) == letters(wanted) {
+        true => format!("; rename {found} to {wanted}"),
+        false => format!("; did you mean {wanted} by {found}?"),
+    }
+}
+
+/// The one of some names that is most likely another.
+fn likely<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone) -> Option<String> {
+    let alike = known.clone().find(|other| letters(other) == letters(name)).map(str::to_owned);
+    alike.or_else(|| nearest(name, known))
+}
+
+/// Names in a line.
+pub(crate) fn listed<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
+    let count = names.len();
+    let shown: Vec<&str> = names.take(MOST_NAMES).collect();
+    let more = if count > shown.len() { format!(" and {} more", count - shown.len()) } else { String::new() };
+    format!("{}{more}", shown.join(", "))
+}
+
+/// Of a column that a file with these names lacks: the names, and the remedy.
+pub(crate) fn instead_of<'a>(
+    missing: &str,
+    names: impl ExactSizeIterator<Item = &'a str> + Clone,
+    unknown: impl Iterator<Item = &'a str> + Clone,
+) -> String {
+    let remedy = likely(missing, unknown).map_or_else(String::new, |found| remedy(&found, missing));
+    format!("there are {}{remedy}", listed(names))
+}
+
+/// Of a column that means nothing: the remedy, if a known one that is `free` is likely meant.
+pub(crate) fn meant<'a>(name: &str, free: impl Iterator<Item = &'a str> + Clone) -> String {
+    likely(name, free).map_or_else(String::new, |wanted| remedy(name, &wanted))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_differ_in_spelling_are_told() {
+        let names = ["Time", "body", "Position_X"];
+        let of = |missing: &str| instead_of(missing, names.into_iter(), names.into_iter());
+        assert_eq!(of("t"), "there are Time, body, Position_X");
+        assert_eq!(of("position_x"), "there are Time, body, Position_X; rename Position_X to position_x");
+        assert_eq!(meant("impulseN", ["t", "impulse_n"].into_iter()), "; rename impulseN to impulse_n");
+        assert_eq!(
+            meant("impluse_n", ["t", "impulse_n"].into_iter()),
+            "; did you mean impulse_n by impluse_n?"
+        );
+        let many = vec!["a"; 30];
+        assert!(listed(many.iter().copied()).ends_with("a, a and 6 more"));
+    }
+}

@@ -50,7 +50,7 @@ fn a_turned_block_rings_as_in_bricks() {
     let cells = solved(&turned, 40e3, 0.01);
     let difference = difference(&cells, &bricks);
     println!("{} modes, {} nodes: {difference:.1e}", cells.modes.len(), cells.nodes);
-    // Seen: SEEN_BLOCK.
+    // Seen: 6.6e-4.
     assert!(cells.modes.len() > 10 && difference < 5e-3, "{difference}");
 }
 
@@ -62,7 +62,7 @@ fn a_rock_rings_as_in_finer_cells() {
     let difference = difference(&coarse, &fine);
     println!("{} modes, {} and {} nodes: {difference:.1e}", coarse.modes.len(), coarse.nodes, fine.nodes);
     assert!(fine.nodes > coarse.nodes, "the same cells");
-    // Seen: SEEN_ROCK.
+    // Seen: 3.0e-4.
     assert!(difference < 1e-2, "{difference}");
 }
 
@@ -85,6 +85,6 @@ fn an_inner_edge_of_a_compact_body_is_told() {
     let off = coarse.modes[0].frequency / fine.modes[0].frequency - 1.0;
     let said = coarse.modes[0].mesh_error;
     println!("{} and {} nodes: {off:.1e} off, {said:.1e} said", coarse.nodes, fine.nodes);
-    // Seen: SEEN_EDGE.
+    // Seen: 0.018 off, 0.019 said; 0.0045 said where the inner edge does not count.
     assert!(off > 0.0 && off < 3.0 * said && off < 0.05, "{off} {said}");
 }

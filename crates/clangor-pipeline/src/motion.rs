@@ -22,6 +22,7 @@
 //! | `free_falls` | the acceleration of bodies that fall |
 //! | `fall_units` | whether that acceleration is the gravity of the scene |
 //! | `file_units` | units of time and length, and which explain an acceleration |
+//! | `quaternion_order` | whether quaternions have their scalar first, told by spins in falls |
 //! | `flights` | the motion of bodies of which only the impulses are listed |
 //! | `sunk_bodies` | bodies that lie deeper in planes than any solid could |
 //! | `list_clock` | times of a list that are probably no seconds |
@@ -49,6 +50,7 @@ pub(crate) mod nested_bodies;
 pub(crate) mod parts;
 mod parts_of_one;
 mod pose_noise;
+pub(crate) mod quaternion_order;
 pub mod recording;
 pub(crate) mod repeated_contacts;
 pub(crate) mod sunk_bodies;

@@ -150,9 +150,9 @@ impl<'a> Recorder<'a> {
         self.order.pose(row, self.sink)
     }
 
-    /// From now on, rows and poses are written in the order of their times. `since` is the earliest time \[s\]
-    /// that a row or pose may still have: now, or the onset of a contact that lasts. Without a call they are
-    /// written as they come, an impact when it is over.
+    /// From now on, rows and poses are written in the order of their times. `since` is the earliest time
+    /// \[s\] that a row or pose may still have: now, or the onset of a contact that lasts. Without a call
+    /// they are written as they come, an impact when it is over.
     pub(crate) fn keep_order(&mut self, since: f64) -> std::io::Result<()> {
         let before = self.open.values().map(|open| open.start).fold(since, f64::min);
         self.order.release(before, self.sink)
@@ -179,8 +179,8 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Closes the impacts that have ended by `time` \[s\]; only contacts that last may still have earlier rows
-    /// ([`Self::keep_order`]).
+    /// Closes the impacts that have ended by `time` \[s\]; only contacts that last may still have earlier
+    /// rows.
     pub fn advance(&mut self, time: f64) -> std::io::Result<()> {
         let over: Vec<_> =
             self.open.iter().filter(|(_, o)| time - o.start > MERGE_WINDOW).map(|(k, _)| *k).collect();

@@ -1,5 +1,5 @@
-//! Volume finite elements on meshes: boxes with hexahedra, flat plates with prisms, ellipsoids with tetrahedra
-//! of a structured grid. All other closed surfaces are in cells
+//! Volume finite elements on meshes: boxes with hexahedra, flat plates with prisms, ellipsoids with
+//! tetrahedra of a structured grid. All other closed surfaces are in cells
 //! ([`immersed_body`](super::immersed_body)).
 //!
 //! Plates have one cell through the thickness where waves are long. Its displacements are quadratic, so the

@@ -14,7 +14,7 @@ fn letters(name: &str) -> String {
 fn remedy(found: &str, wanted: &str) -> String {
     match letters(found) == letters(wanted) {
         true => format!("; rename {found} to {wanted}"),
-        false => format!("; did you mean {wanted} by {found}?"),
+        false => format!("; if {found} is meant as {wanted}, rename it"),
     }
 }
 
@@ -60,7 +60,7 @@ mod tests {
         assert_eq!(meant("impulseN", ["t", "impulse_n"].into_iter()), "; rename impulseN to impulse_n");
         assert_eq!(
             meant("impluse_n", ["t", "impulse_n"].into_iter()),
-            "; did you mean impulse_n by impluse_n?"
+            "; if impluse_n is meant as impulse_n, rename it"
         );
         let many = vec!["a"; 30];
         assert!(listed(many.iter().copied()).ends_with("a, a and 6 more"));

@@ -12,6 +12,7 @@ use super::fall_units::{unit_of_body, unit_of_frames};
 use super::file_units::{FileUnits, LikelyUnit};
 use super::free_falls::FreeFalls;
 use super::pose_noise::PoseNoise;
+use super::quaternion_order::QuaternionOrder;
 use super::recording::{Frame, MAX_TIME, RecordingError, RecordingNotice};
 
 /// How far the length of a quaternion may be from 1; it is made 1.
@@ -53,6 +54,7 @@ pub(crate) struct FrameChecks {
     free_falls: FreeFalls,
     units: FileUnits,
     noise: PoseNoise,
+    order: Option<QuaternionOrder>,
 }
 
 /// Frames with an acceleration, and those of them along −z and along gravity.
@@ -80,7 +82,13 @@ impl FrameChecks {
             free_falls: FreeFalls::new(gravity),
             units,
             noise: PoseNoise::new(),
+            order: None,
         }
+    }
+
+    /// Also whether quaternions have their scalar first.
+    pub(crate) fn with_order(self, order: QuaternionOrder) -> Self {
+        FrameChecks { order: Some(order), ..self }
     }
 
     /// Time of the last frame \[s\].
@@ -109,7 +117,10 @@ impl FrameChecks {
     /// [`RecordingError`] with its row, or that of the frame before.
     pub(crate) fn push(&mut self, name: &str, frame: &mut Frame) -> Result<(), RecordingError> {
         self.check_numbers(name, frame)?;
-        self.free_falls.push(frame);
+        let fall = self.free_falls.push(frame);
+        if let (Some(fall), Some(order)) = (fall, &mut self.order) {
+            order.push(&fall, frame.row);
+        }
         if let Some(last) = self.last {
             self.check_speed(name, &last, frame)?;
             let span = frame.time - last.time;
@@ -212,7 +223,13 @@ impl FrameChecks {
         let uneven = RecordingNotice::Uneven { body: name.into(), shortest, longest };
         let (angle, row) = self.fastest;
         let turn = RecordingNotice::FastTurn { body: name.into(), row, degrees: angle.to_degrees() };
-        let found = [(longest > UNEVEN * shortest, uneven), (angle > FAST_TURN, turn)];
+        let scalar_first = self.order.and_then(|order| order.scalar_first());
+        let order = RecordingNotice::ScalarFirst { body: name.into(), row: scalar_first.unwrap_or(0) };
+        let found = [
+            (scalar_first.is_some(), order),
+            (longest > UNEVEN * shortest, uneven),
+            (angle > FAST_TURN, turn),
+        ];
         found.into_iter().filter(|(is_found, _)| *is_found).map(|(_, notice)| notice).collect()
     }
 }

@@ -14,12 +14,13 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
+use super::quaternion_order;
 use super::recording::Frame;
 
 /// Frames of a fall.
-const POINTS: usize = 7;
+const POINTS: usize = quaternion_order::POINTS;
 /// Distances of those frames; wide ones are needed where positions are rounded or noisy.
 const STRIDES: [usize; 5] = [1, 2, 4, 8, 16];
 /// Frames that are kept.
@@ -62,7 +63,7 @@ pub(crate) struct FallSpeeds {
 #[derive(Clone, Debug)]
 pub(crate) struct FreeFalls {
     down: DVec3,
-    recent: Vec<(f64, DVec3)>,
+    recent: Vec<(f64, DVec3, DQuat)>,
     frames: usize,
     found: [FallSpeeds; 3],
 }
@@ -74,32 +75,37 @@ impl FreeFalls {
         FreeFalls { down, recent: Vec::new(), frames: 0, found: Default::default() }
     }
 
-    /// Takes the next frame.
-    pub(crate) fn push(&mut self, frame: &Frame) {
-        let point = (frame.time, frame.pose.position);
+    /// Takes the next frame. Times and orientations of the widest fall along gravity that it ends.
+    pub(crate) fn push(&mut self, frame: &Frame) -> Option<[(f64, DQuat); POINTS]> {
+        let point = (frame.time, frame.pose.position, frame.pose.orientation);
         match self.recent.get_mut(self.frames % KEPT) {
             Some(oldest) => *oldest = point,
             None => self.recent.push(point),
         }
         let newest = self.frames;
+        let mut widest = None;
         self.frames += 1;
         for stride in STRIDES.into_iter().filter(|stride| newest.is_multiple_of(*stride)) {
             let Some(first) = newest.checked_sub((POINTS - 1) * stride) else { break };
-            let points: [(f64, DVec3); POINTS] =
-                std::array::from_fn(|k| self.recent[(first + k * stride) % KEPT]);
+            let at = |k: usize| self.recent[(first + k * stride) % KEPT];
+            let points: [(f64, DVec3); POINTS] = std::array::from_fn(|k| (at(k).0, at(k).1));
             if let Some(acceleration) = parabola(&points) {
-                self.note(acceleration, stride as u64, frame.row);
+                let spin = std::array::from_fn(|k| (at(k).0, at(k).2));
+                if self.note(acceleration, stride as u64, frame.row) == Some(FallsAlong::Gravity) {
+                    widest = Some(spin);
+                }
             }
         }
+        widest
     }
 
-    fn note(&mut self, acceleration: DVec3, frames: u64, row: u64) {
+    fn note(&mut self, acceleration: DVec3, frames: u64, row: u64) -> Option<FallsAlong> {
         let directions = [self.down, DVec3::NEG_Z, DVec3::Z];
         let is_along = |direction: &DVec3| {
             let along = acceleration.dot(*direction);
             along > 0.0 && (acceleration - *direction * along).length() <= ACROSS * along
         };
-        let Some(place) = directions.iter().position(is_along) else { return };
+        let place = directions.iter().position(is_along)?;
         let size = acceleration.length();
         let found = &mut self.found[place];
         if found.classes.is_empty() {
@@ -108,6 +114,7 @@ impl FreeFalls {
         let (count, sum) = found.classes.entry((size.ln() / CLASS).floor() as i32).or_default();
         *count += frames;
         *sum += frames as f64 * size;
+        Some(FallsAlong::ALL[place])
     }
 
     /// The falls in a direction.

@@ -179,6 +179,18 @@ pub enum RecordingNotice {
          not allow; export it with +Y up"
     )]
     ZUpInGltf,
+    /// Quaternions of a table with the scalar first.
+    #[error(
+        "body {body}, row {row}: as it falls, its angular momentum is constant only if its orientation is \
+         read as w, x, y, z; orientation_x, _y, _z and _w probably have the scalar first: exchange \
+         the columns"
+    )]
+    ScalarFirst {
+        /// The body.
+        body: String,
+        /// Row in which its first fall ends.
+        row: u64,
+    },
     /// A body that turns too fast for its frames.
     #[error(
         "body {body}, row {row}: it turns by {degrees:.0}° within a frame; its spin cannot be told beyond \

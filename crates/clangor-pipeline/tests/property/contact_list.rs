@@ -58,7 +58,7 @@ fn mistakes_are_told_by_line_and_column() {
              are Time, body_a, point_x,",
         ),
         (head.replace("impulse_n", "Impulse_N"), "lists the columns; rename Impulse_N to impulse_n"),
-        (head.replace("speed", "sped"), "lists the columns; did you mean speed by sped?"),
+        (head.replace("speed", "sped"), "lists the columns; if sped is meant as speed, rename it"),
         (
             format!("{}0,die,0,0,0,0,1,0,1\n", head.replace(",impulse_n", "")),
             "line 2: impulse_n is missing: there are t, body_a, point_x,",

@@ -123,8 +123,8 @@ pub(super) fn product(matrix: &[Complex32], size: usize, vectors: &[Complex32]) 
     product
 }
 
-/// The sums of products of columns, Σᵢ aᵢ bᵢ, for each pair of `left` and `right`, column by column of `left`.
-/// They are formed in double precision: high multipoles are small differences.
+/// The sums of products of columns, Σᵢ aᵢ bᵢ, for each pair of `left` and `right`, column by column of
+/// `left`. They are formed in double precision: high multipoles are small differences.
 pub(super) fn paired_sums(left: &[Complex32], right: &[Complex64], size: usize) -> Vec<Complex64> {
     /// Columns that are widened at once, so that they stay in the cache.
     const TOGETHER: usize = 16;

@@ -33,6 +33,11 @@ impl FileFrame {
         self.turn * vector * self.metres
     }
 
+    /// From the axes of the file to ours.
+    pub(super) fn turn(self) -> DQuat {
+        self.turn
+    }
+
     pub(super) fn orientation(self, orientation: DQuat) -> DQuat {
         self.turn * orientation
     }

@@ -17,6 +17,7 @@ use crate::formats::pose_table::{PositionOf, read_pose_table};
 use crate::interchange::gltf_bodies::fault::GltfBodyFaults;
 use crate::interchange::gltf_bodies::{NodeBodies, add_nodes};
 use crate::motion::frame_checks::{FrameChecks, check_frames};
+use crate::motion::quaternion_order::QuaternionOrder;
 use crate::motion::recording::{Frame, RecordedBody};
 use crate::stages::load::{LoadedScene, load_geometry};
 
@@ -148,6 +149,11 @@ impl Recording {
         check_movable(described, path)?;
         let sound_speed = loaded.scene.acoustics.medium.sound_speed;
         let checks = FrameChecks::new(sound_speed, world.gravity, files.units());
+        // The order of glTF is given.
+        let checks = match files.poses.iter().any(|table| table == path) {
+            true => checks.with_order(QuaternionOrder::new(described.inertia, FileFrame::of(files).turn())),
+            false => checks,
+        };
         let checks = check_frames(&described.name, &mut body.frames, checks)
             .map_err(|error| MotionImportError::Recording { path: path.into(), error })?;
         let keys = body.frames.iter().map(|Frame { time, pose, .. }| Keyframe { time: *time, pose: *pose });

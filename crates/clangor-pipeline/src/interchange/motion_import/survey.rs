@@ -5,6 +5,7 @@ use std::path::Path;
 
 use clangor_core::body::{BodyId, World};
 
+use super::file_frame::FileFrame;
 use super::recording::{FramesOfTable, check_movable};
 use super::{MotionFiles, MotionImportError};
 use crate::formats::named_bodies::NamedBodies;
@@ -12,6 +13,7 @@ use crate::formats::pose_table::{LATE, LATENESS, PoseSink, PoseTableError, Posit
 use crate::formats::record_table::MAX_ROWS;
 use crate::motion::frame_checks::FrameChecks;
 use crate::motion::parts::Part;
+use crate::motion::quaternion_order::QuaternionOrder;
 use crate::motion::recording::Frame;
 use crate::stages::load::LoadedScene;
 
@@ -152,7 +154,9 @@ impl Surveyor<'_> {
         check_movable(body, self.path)?;
         self.frame_of.learn_centre(self.loaded, body, id, self.path)?;
         let sound_speed = self.loaded.scene.acoustics.medium.sound_speed;
+        let order = QuaternionOrder::new(body.inertia, FileFrame::of(self.files).turn());
         let checks = FrameChecks::new(sound_speed, self.loaded.world.gravity, self.files.units());
+        let checks = checks.with_order(order);
         self.survey.bodies.push(SurveyedBody { body: id, first: Vec::new(), checks });
         self.pending.push(Vec::new());
         let place = self.pending.len() - 1;

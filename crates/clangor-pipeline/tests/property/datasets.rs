@@ -266,7 +266,8 @@ fn property_mistakes_of_tables_are_named_with_file_row_and_column() {
         ("room\nkitchen\n", "t.csv, line 2: room is kitchen, which is no room of the recipe"),
         (
             "objct\nbar\n",
-            "column objct is unknown; docs/format/dataset.md lists the columns; if objct is meant as object, rename it",
+            "column objct is unknown; docs/format/dataset.md lists the columns; if objct is meant as object, \
+             rename it",
         ),
         ("object,point_x,point_y,point_z\nbar,0,0.5,0\n", "t.csv, line 2: point (\"bar\"): the point"),
         ("object,listener_x,listener_y,listener_z\nbar,0,0,0\n", "t.csv, line 2: listener (\"bar\"):"),

@@ -5,8 +5,8 @@
 //!
 //! ```text
 //! fields      those of [`operations`], from unknowns that volume, area and band suggest
-//! modes       1.5e4 u^1.5 (1 + M/100) of cells, 60 u² (1 + M/100) of an octant of bricks,
-//!             5 u² (1 + M/100) of tetrahedra, 2e8 M of a section
+//! modes       (1.5e4 u^1.5 + 2.5e5 T) (1 + M/100) of cells cut by T triangles, 60 u² (1 + M/100) of an octant
+//!             of bricks, 5 u² (1 + M/100) of tetrahedra in an ellipsoid, 2e8 M of a section
 //! transfers   those of the boundary elements, for as many wavenumbers as the modes need, or of the time
 //!             domain where [`surface_modes`](crate::modal_radiation::surface_modes) chooses it
 //! draft       [`DRAFT`] for each part, or less where exact models are cheaper
@@ -37,6 +37,7 @@ use crate::fdtd::WaveDevice;
 use crate::fem::ElasticConstants;
 use crate::fem::finite_cells::expected;
 use crate::geometry_class::bake_geometry::BakeGeometry;
+use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::remesh::resolution::{COARSEST, MANY, WAVE_ERROR, WAVE_SHARE};
 use crate::modal::ModalBakeOptions;
 use crate::modal::audible_modes::first_limit;
@@ -61,6 +62,9 @@ const MOST_TRIANGLES: usize = 20_000;
 const CELL: [f64; 2] = [0.5, 30.0];
 /// Operations that cells take for each triangle that cuts them: seen 2 s for 82 000.
 const PER_TRIANGLE: f64 = 2.5e5;
+/// Tetrahedra of an ellipsoid on the shortest wave, and their nodes for each cube of their edge.
+const TETRAHEDRA: f64 = 5.0;
+const NODES_PER_CUBE: f64 = 16.0;
 /// Work of a whole box in that of an octant of it, with eight parities.
 const MIRRORED: f64 = 8.0;
 
@@ -183,13 +187,6 @@ fn mesh_has_cavities(geometry: &BakeGeometry) -> bool {
     }
 }
 
-fn triangles(geometry: &BakeGeometry) -> f64 {
-    match geometry {
-        BakeGeometry::Mesh(mesh) => mesh.triangles.len() as f64,
-        _ => 0.0,
-    }
-}
-
 fn mean_wall(geometry: &BakeGeometry) -> f64 {
     let volume = geometry.mass_properties().map_or(0.0, |mass| mass.volume);
     (2.0 * volume / geometry.area()).max(1e-6 * geometry.bounding_radius())
@@ -235,9 +232,16 @@ pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &
     let edge = (CELL[0] * wave).min(CELL[1] * wall).min(geometry.bounding_radius());
     let [_, nodes] = expected(area, volume, edge);
     let unknowns = 3.0 * nodes.min(most);
-    let found = match geometry {
-        BakeGeometry::RoundedBox { round: 0.0, .. } => 500.0 * unknowns.powi(2) / MIRRORED,
-        _ => 1.5e4 * unknowns.powf(1.5) + PER_TRIANGLE * triangles(geometry),
+    let found = match geometry.modal_choice() {
+        Ok(ModalChoice::Hexahedra(_)) => 500.0 * unknowns.powi(2) / MIRRORED,
+        Ok(ModalChoice::Ball(_)) => {
+            let edge = (wave / TETRAHEDRA).min(wall);
+            5.0 * (3.0 * (NODES_PER_CUBE * volume / edge.powi(3)).min(most)).powi(2)
+        }
+        Ok(ModalChoice::Cells(surface)) => {
+            1.5e4 * unknowns.powf(1.5) + PER_TRIANGLE * surface.triangles.len() as f64
+        }
+        _ => 1.5e4 * unknowns.powf(1.5),
     };
     found * (1.0 + modes / 100.0)
 }

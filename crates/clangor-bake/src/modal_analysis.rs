@@ -97,7 +97,7 @@ pub enum ModalAnalysisError {
     /// Invalid accuracy.
     #[error("the accuracy is {0}, but must be between 0 and 1")]
     Accuracy(f64),
-    /// The body cannot be filled with tetrahedra.
+    /// The surface bounds no solid, or cannot be filled with elements.
     #[error(transparent)]
     Mesh(#[from] StuffingError),
     /// The generating curve of an axisymmetric body intersects itself.

@@ -24,7 +24,8 @@ const ON_SURFACE: f64 = 0.25;
 /// Thickness in the longest extent below which a body is thin.
 const THIN: f64 = 0.1;
 
-/// Length of sharp inner edges, in typical walls of a thin body, from which on they matter.
+/// Length of sharp inner edges from which on they matter: in typical walls of a thin body; of a compact body
+/// less, by its walls across an edge.
 const CREASED: f64 = 2.0;
 
 /// The walls of a body.

@@ -1,4 +1,4 @@
-//! A thin-walled body of any form in cells larger than its walls, by
+//! A closed surface of any form in cells that it cuts, as a rule larger than its walls, by
 //! [`finite_cells`](crate::fem::finite_cells).
 //!
 //! Cells of order 4 are about half a bending wave long. The error of a frequency is estimated from order 3 on
@@ -71,6 +71,8 @@ const DRAFT_CELLS: f64 = 90.0;
 /// Largest mean distance between a surface and its image, in walls and in the accuracy of frequencies: the
 /// thickness of a wall changes by as much, and its frequencies of bending with it.
 const ASYMMETRY: f64 = 0.5;
+/// Largest accuracy for which planes are found: no grid mends an image that is none.
+const MOST_ASYMMETRIC: f64 = 0.05;
 
 /// Largest distance of the same, in walls: a face of a slit reaches deeper.
 const DEEPEST: f64 = 0.2;
@@ -147,7 +149,7 @@ impl<'a> ImmersedBody<'a> {
 
     /// The same free body on one side of its mirror planes, found within an accuracy of frequencies.
     pub(super) fn by_mirrors(self, accuracy: f64) -> Self {
-        let within = ASYMMETRY * accuracy * self.walls.thickness;
+        let within = ASYMMETRY * accuracy.min(MOST_ASYMMETRIC) * self.walls.thickness;
         let planes = mirror_planes_of_walls(&self.surface, within, DEEPEST * self.walls.thickness);
         let normals: Vec<DVec3> = planes.into_iter().map(|plane| plane.normal).collect();
         let Some(mass) = MassProperties::of(&self.surface).ok().filter(|_| !normals.is_empty()) else {

@@ -10,6 +10,7 @@ mod error;
 mod falls;
 mod file_frame;
 mod lasting_log;
+mod led_bodies;
 mod listed;
 mod pose_rows;
 mod recording;

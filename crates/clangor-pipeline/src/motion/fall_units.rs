@@ -30,6 +30,9 @@ const OTHER: f64 = 2.0;
 const ALIKE: f64 = 1.08;
 /// Frames in falls that tell of a known unit, and of another one.
 const FEWEST: (u64, u64) = (2, 10);
+/// Accelerations over gravity that friction, springs, wheels and eased keys have too. Without a likely unit
+/// they tell nothing.
+const ODD: (f64, f64) = (0.2, 5.0);
 /// What the falls of bodies say.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Falls {
@@ -177,7 +180,9 @@ pub(crate) fn fall_warnings(
         let body = own().max_by_key(|body| near(body))?;
         let frames: u64 = own().map(near).sum();
         let unit = likely_unit(acceleration / gravity, units).filter(|_| acceleration != gravity);
-        if unit.is_none() && frames < FEWEST.1 {
+        let ratio = acceleration / gravity;
+        let is_like_gravity = along != FallsAlong::Gravity || (ODD.0..ODD.1).contains(&ratio);
+        if unit.is_none() && (frames < FEWEST.1 || acceleration != gravity && is_like_gravity) {
             return None;
         }
         let (row, name) = (body.falls.along(along).first_row, body.name.into());

@@ -63,7 +63,9 @@ const MOST_PERIODS: f64 = 1.5;
 const RADIUS: f64 = 5e-3;
 /// Modes in the band of a body, by those of a plate.
 const MODES: f64 = 150.0;
-/// Mesh error of modes in cells.
+/// Thickness in the extent below which a body is thin.
+const THIN: f64 = 0.1;
+/// Mesh error of modes in cells larger than the walls.
 const ERROR_IN_CELLS: f64 = 0.15;
 
 /// Operations that the modes of a body may take, by [`clangor_bake::cost`].
@@ -139,7 +141,7 @@ fn forms(loaded: &LoadedScene, remarks: &mut Vec<String>) -> Vec<Form> {
         let max_frequency = options.max_frequency.min(plate.frequency_of_mode(MODES));
         let part = ModalBake::of_body(body, ModalBakeOptions { max_frequency, ..options });
         let Ok(mut request) = SoundModelRequest::of_body(body, part) else { continue };
-        if matches!(request.geometry().modal_choice(), Ok(ModalChoice::Cells(_))) {
+        if plate.is_thin() && matches!(request.geometry().modal_choice(), Ok(ModalChoice::Cells(_))) {
             request = request.with_part(request.part().with_mesh_error(ERROR_IN_CELLS));
         }
         if request.part().operations_of_modes(request.geometry()) > MOST_OPERATIONS {
@@ -195,6 +197,11 @@ impl<'b> Plate<'b> {
             bending: plane_strain * thickness.powi(3) / 12.0,
             mass_per_area: density * thickness,
         })
+    }
+
+    /// Whether cells are larger than its walls.
+    fn is_thin(&self) -> bool {
+        self.thickness < THIN * self.extent
     }
 
     /// Whether vibration may take a part of its impacts; see the module.

@@ -39,3 +39,4 @@ mod separated_values;
 mod timeline_file;
 mod timeline_forces;
 mod wav;
+mod whole_scene_tables;

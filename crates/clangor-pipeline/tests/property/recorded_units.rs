@@ -140,6 +140,9 @@ fn property_other_gravity_and_slow_motion_are_told_and_rest_and_eased_keys_are_n
     // Cubic ease from 1 m to 0.1 m in two seconds, and a swing.
     assert_eq!(moved(&|t| 1.0 - 0.9 * (0.5 * t).powi(2) * (3.0 - t)), [""; 0], "eased keys");
     assert_eq!(moved(&|t| 0.5 + 0.2 * (3.0 * t).cos()), [""; 0], "swing");
+    // A spring of 2 Hz and 2 cm, and a quadratic ease of half of gravity.
+    assert_eq!(moved(&|t| 0.5 + 0.02 * (12.566 * t).cos()), [""; 0], "spring");
+    assert_eq!(moved(&|t| 12.0 - 2.2 * t * t), [""; 0], "quadratic ease");
 }
 
 #[test]

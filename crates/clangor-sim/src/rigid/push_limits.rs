@@ -1,8 +1,10 @@
 //! Whether hands and loads push bodies no farther within a time step than contacts can follow.
 //!
 //! ```text
-//! way in a step  x = ½ J Δt / m        angle  φ = ½ ΔH Δt / I_min        J, ΔH: impulses within a step
+//! way in a step  x = ½ J Δt / m        angle  φ = ½ |I⁻¹ ΔH| Δt        J, ΔH: impulses within a step
 //! ```
+//!
+//! The inertia I is that of the pose at the start.
 //!
 //! A body that is pushed by a good part of its size within a step is deep in what it meets before any contact
 //! acts. A hand, which presses on contacts all the time, is held to the overlap that bodies may begin with.
@@ -11,7 +13,7 @@
 
 use clangor_core::body::link::LoadCurve;
 use clangor_core::body::{Body, Guide, Link, Motion, World};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::error::{FarPush, SimulationError};
 
@@ -21,6 +23,8 @@ pub(super) const START_OVERLAP: f64 = 1e-4;
 const WAY: f64 = 0.25;
 /// Largest angle of a load in a step \[rad\].
 const ANGLE: f64 = 1.0;
+/// Halvings of the range of steps.
+const HALVINGS: usize = 50;
 
 /// Refuses what pushes a body too far in a step \[s\].
 ///
@@ -29,7 +33,8 @@ const ANGLE: f64 = 1.0;
 pub(super) fn refuse_far_pushes(world: &World, time_step: f64) -> Result<(), SimulationError> {
     for body in &world.bodies {
         if let Motion::Guided(Guide { press: Some(press), .. }) = body.motion {
-            check(body, "hand", (press, "N"), (press * time_step, body.mass, START_OVERLAP), time_step)?;
+            let way = |step: f64| 0.5 * press * step * step / body.mass;
+            check(body, ("hand", press, "N"), (&way, START_OVERLAP), time_step)?;
         }
     }
     for link in &world.links {
@@ -38,35 +43,43 @@ pub(super) fn refuse_far_pushes(world: &World, time_step: f64) -> Result<(), Sim
         if !body.motion.is_movable() {
             continue;
         }
-        let in_step = |curve: &LoadCurve| {
-            let from = curve.points().iter().flat_map(|(time, _)| [*time, time - time_step]);
-            from.map(|from| curve.integral(from, from + time_step).length()).fold(0.0, f64::max)
+        // The largest impulse within a step, as `measure` has it.
+        let in_step = |curve: &LoadCurve, step: f64, measure: &dyn Fn(DVec3) -> f64| {
+            let from = curve.points().iter().flat_map(|(time, _)| [*time, time - 0.5 * step, time - step]);
+            from.map(|from| measure(curve.integral(from, from + step))).fold(0.0, f64::max)
         };
         let size =
             |points: &[(f64, DVec3)]| points.iter().map(|(_, value)| value.length()).fold(0.0, f64::max);
-        let way = WAY * body.surface.bounding_radius();
-        check(body, "force", (size(force.points()), "N"), (in_step(force), body.mass, way), time_step)?;
-        let diagonal = body.inertia.to_cols_array_2d();
-        let least = (0..3).map(|k| diagonal[k][k]).fold(f64::INFINITY, f64::min);
-        check(body, "torque", (size(torque.points()), "N m"), (in_step(torque), least, ANGLE), time_step)?;
+        let farthest = WAY * body.surface.bounding_radius();
+        let way = |step: f64| 0.5 * step * in_step(force, step, &|impulse| impulse.length()) / body.mass;
+        check(body, ("force", size(force.points()), "N"), (&way, farthest), time_step)?;
+        let turn = DMat3::from_quat(body.pose.orientation);
+        let answer = turn * body.inertia.inverse() * turn.transpose();
+        let angle = |step: f64| 0.5 * step * in_step(torque, step, &|momentum| (answer * momentum).length());
+        check(body, ("torque", size(torque.points()), "N m"), (&angle, ANGLE), time_step)?;
     }
     Ok(())
 }
 
-/// Refuses an impulse in a step on a mass that moves it beyond a way.
+/// Refuses what moves a body within a step farther than `most`: `way_in` is the way in a step of a length
+/// \[s\].
 fn check(
     body: &Body,
-    what: &'static str,
-    (size, unit): (f64, &'static str),
-    (impulse, mass, most): (f64, f64, f64),
+    (what, size, unit): (&'static str, f64, &'static str),
+    (way_in, most): (&dyn Fn(f64) -> f64, f64),
     time_step: f64,
 ) -> Result<(), SimulationError> {
-    let way = 0.5 * impulse * time_step / mass;
-    if way <= most {
+    let way = way_in(time_step);
+    // A body without a finite mass does not move.
+    if way <= most || !way.is_finite() {
         return Ok(());
     }
-    // The impulse of a step shrinks with the step.
-    let longest = time_step * (most / way).sqrt();
+    // The longest step that would do, by halving: the way grows with the step.
+    let (mut longest, mut too_long) = (0.0, time_step);
+    for _ in 0..HALVINGS {
+        let step = 0.5 * (longest + too_long);
+        *(if way_in(step) <= most { &mut longest } else { &mut too_long }) = step;
+    }
     let way_unit = if unit == "N" { "m" } else { "rad" };
     let body = body.name.clone();
     Err(SimulationError::PushedTooFar(Box::new(FarPush {

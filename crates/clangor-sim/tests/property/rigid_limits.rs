@@ -419,4 +419,27 @@ fn loads_that_no_contact_could_follow_are_refused_with_a_step_that_can() {
         panic!("1 MN m on 33 g")
     };
     assert_eq!(push.what, "torque");
+    // A tap far shorter than a step, sixteen times too strong.
+    let Err(SimulationError::PushedTooFar(push)) = pushed(1e7, 0.0, 1e-5, 2.5e-4) else {
+        panic!("100 N s on 33 g")
+    };
+    pushed(1e7, 0.0, 1e-5, 0.99 * push.longest).unwrap();
+}
+
+/// A torque across a slender rod turns it little, one along it much.
+#[test]
+fn torques_are_measured_by_the_inertia_about_their_axis() {
+    let material = material(7850.0, 0.3, 0.5, 0.0);
+    let refused = |torque: DVec3| {
+        let mut turned = world(vec![ball(&material, 0.01)]);
+        turned.bodies[0].inertia = DMat3::from_diagonal(DVec3::new(2e-8, 2.6e-3, 2.6e-3));
+        turned.bodies[0].pose.orientation = DQuat::from_rotation_z(0.5 * std::f64::consts::PI);
+        let torque = LoadCurve::try_new(vec![(0.0, torque), (0.1, torque)]).unwrap();
+        let force = LoadCurve::try_new(vec![(0.0, DVec3::ZERO), (0.1, DVec3::ZERO)]).unwrap();
+        turned.links = vec![Link::Load { body: BodyId(0), at: DVec3::ZERO, force, torque }];
+        RigidWorld::try_new(&turned, 2.5e-4, true).is_err()
+    };
+    // The long axis of the rod is y now.
+    assert!(!refused(DVec3::X * 0.7) && !refused(DVec3::Z * 0.7));
+    assert!(refused(DVec3::Y * 0.7));
 }

@@ -38,11 +38,14 @@ use crate::radiation::RadiationError;
 
 /// Triangles whose points share a product: their harmonics to order 120 take 45 MB.
 const BLOCK: usize = 32;
+/// Systems between two calls of the progress, and their share of the work.
+const TOGETHER: usize = 16;
+const SOLVES: f64 = 0.5;
 
 /// A motion at its wavenumber.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LoneMotion<'a> {
-    /// [1/m].
+    /// In the unit of length of the surface.
     pub(crate) wavenumber: f64,
     /// Highest order of its multipoles, at most [`MOST_ORDER`].
     pub(crate) order: usize,
@@ -87,7 +90,14 @@ impl TriangleSolver {
         // The highest orders first: the motions of each order are then the first ones.
         let mut sorted: Vec<usize> = (0..motions.len()).collect();
         sorted.sort_by_key(|m| std::cmp::Reverse(motions[*m].order));
-        let adjoints: Vec<Adjoint> = sorted.par_iter().map(|m| self.adjoint(&motions[*m], radius)).collect();
+        let mut adjoints: Vec<Adjoint> = Vec::with_capacity(motions.len());
+        for batch in sorted.chunks(TOGETHER) {
+            if progress(SOLVES * adjoints.len() as f64 / motions.len() as f64).is_break() {
+                return Err(RadiationError::Interrupted);
+            }
+            let solved: Vec<Adjoint> = batch.par_iter().map(|m| self.adjoint(&motions[*m], radius)).collect();
+            adjoints.extend(solved);
+        }
         let most = adjoints.first().map_or(0, |adjoint| adjoint.order);
         let of_order = |n: usize| adjoints.iter().take_while(|adjoint| adjoint.order >= n).count();
         // Real and imaginary parts of the integrals of each order: of each harmonic, motion by motion.
@@ -97,7 +107,7 @@ impl TriangleSolver {
         let share = 2 * POINTS * count(most);
         let mut harmonics = vec![0.0; BLOCK.min(triangles) * share];
         for first in (0..triangles).step_by(BLOCK) {
-            if progress(first as f64 / triangles as f64).is_break() {
+            if progress(SOLVES + (1.0 - SOLVES) * first as f64 / triangles as f64).is_break() {
                 return Err(RadiationError::Interrupted);
             }
             let block = first..(first + BLOCK).min(triangles);

@@ -1,14 +1,18 @@
-//! Supports of a body in cells, whose nodes are not on the body: springs at points of its surface.
+//! Supports of a body in cells, whose nodes are not on the body: springs at points of its surface, and of a
+//! compact body within it too.
 //!
 //! ```text
 //! springs:  k_q = k A_q/A              A_q: area at a point of the surface in the region, A: of all of them
 //! clamps:   k_q = β A_q,  β = 100 E/t  t: typical wall of the body
+//! within:   A_q = V_q/t                V_q: volume at a point within
 //! ```
 //!
 //! A clamp gives way by a hundredth of the strain of a wall. Points lie on triangles of the surface, divided
-//! until they are short against the cells and the region; a region inside the body has its middle as point.
+//! until they are short against the cells and the region. Points within are on a grid of the same distance,
+//! where this is less than half of a wall. A region that has neither is one point, if the body holds it.
 
 use clangor_core::body::support::{Support, SupportKind};
+use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::DVec3;
 
@@ -25,7 +29,11 @@ const PER_REGION: f64 = 0.25;
 /// Most divisions of a side of a triangle.
 const MOST_DIVISIONS: usize = 256;
 
-/// A point of the surface, and its area \[m²\].
+/// Largest distance of points within the body, in walls, and most of them.
+const PER_WALL: f64 = 0.5;
+const MOST_WITHIN: f64 = 2e4;
+
+/// A point of the surface or within it, and its area \[m²\].
 type Patch = (DVec3, f64);
 
 impl FiniteCells {
@@ -43,7 +51,7 @@ impl FiniteCells {
         let mut springs = Vec::new();
         for (index, support) in supports.iter().enumerate() {
             check(support, index)?;
-            let patches = self.patches(surface, support, index)?;
+            let patches = self.patches((surface, wall), support, index)?;
             let total: f64 = patches.iter().map(|(_, area)| area).sum();
             let beta = CLAMP * constants.youngs_modulus() / wall;
             springs.extend(patches.into_iter().map(|(place, area)| {
@@ -61,10 +69,10 @@ impl FiniteCells {
         Holding::of_springs(springs, self.nodes.len())
     }
 
-    /// Points of the surface in a region.
+    /// Points of the surface in a region, and of a compact body those within it.
     fn patches(
         &self,
-        surface: &TriMesh,
+        (surface, wall): (&TriMesh, f64),
         support: &Support,
         index: usize,
     ) -> Result<Vec<Patch>, SupportError> {
@@ -73,7 +81,7 @@ impl FiniteCells {
         let (low, high) = (least.max(middle - half), most.min(middle + half));
         let narrowest = (high - low).min_element().max(0.1 * (high - low).max_element());
         let longest = (PER_CELL * self.grid.edge).min(PER_REGION * narrowest).max(1e-6 * self.grid.edge);
-        let mut inside = Vec::new();
+        let mut inside = points_within((surface, wall), support, [low, high], longest);
         let mut off = f64::INFINITY;
         for t in 0..surface.triangles.len() {
             let [a, b, c] = surface.corners(t);
@@ -110,4 +118,31 @@ impl FiniteCells {
         let held = |place| self.body.cells.binary_search_by_key(&place, |cell| cell.place).is_ok();
         self.grid.place(scaled).is_some_and(held)
     }
+}
+
+/// Points of a region within a compact body, at most `spacing` \[m\] apart, between two corners \[m\].
+fn points_within(
+    (surface, wall): (&TriMesh, f64),
+    support: &Support,
+    [low, high]: [DVec3; 2],
+    spacing: f64,
+) -> Vec<Patch> {
+    let extent = (high - low).max(DVec3::ZERO);
+    let spacing = spacing.max((extent.element_product() / MOST_WITHIN).cbrt());
+    if spacing > PER_WALL * wall || extent.min_element() == 0.0 {
+        return Vec::new();
+    }
+    let counts = (extent / spacing).ceil().max(DVec3::ONE);
+    let step = extent / counts;
+    let area = step.element_product() / wall;
+    let [nx, ny, nz] = counts.to_array().map(|count| count as usize);
+    let tree = SurfaceTree::new(surface);
+    let is_held = |x: &DVec3| {
+        support.region.distance(*x) == 0.0 && tree.signed_distance(surface, *x).is_some_and(|d| d < 0.0)
+    };
+    let place = |k: usize| {
+        let at = [k % nx, k / nx % ny, k / (nx * ny)].map(|k| k as f64 + 0.5);
+        low + DVec3::from_array(at) * step
+    };
+    (0..nx * ny * nz).map(place).filter(is_held).map(|x| (x, area)).collect()
 }

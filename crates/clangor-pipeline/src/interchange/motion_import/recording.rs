@@ -9,6 +9,7 @@ use clangor_core::scene::instantiate::GeometryError;
 use glam::DVec3;
 
 use super::file_frame::FileFrame;
+use super::led_bodies::{check_movable, is_of_scene};
 use super::pose_rows::velocities;
 use super::{MotionFiles, MotionImportError};
 use crate::formats::gltf_motion::read_gltf_motion;
@@ -169,25 +170,6 @@ impl Recording {
     }
 }
 
-/// Refuses a body that the scene holds or moves, and one that no impulse could move.
-pub(super) fn check_movable(body: &Body, path: &Path) -> Result<(), MotionImportError> {
-    let motion = match body.motion {
-        Motion::Free => None,
-        Motion::Fixed => Some("fixed"),
-        Motion::Keyframed(_) | Motion::Guided(_) => Some("moved by keyframes"),
-    };
-    let name = || body.name.clone();
-    if let Some(motion) = motion {
-        return Err(MotionImportError::NotFree { path: path.into(), body: name(), motion });
-    }
-    let mass = body.mass;
-    if mass > 0.0 && mass.is_finite() {
-        Ok(())
-    } else {
-        Err(MotionImportError::NoMass { body: name(), mass })
-    }
-}
-
 /// Starts a body as its first frames move it.
 pub(super) fn start(body: &mut Body, frames: &[Frame]) {
     let Some(first) = frames.first() else { return };
@@ -208,10 +190,14 @@ fn read_poses(
     let mut frame_of = FramesOfTable::new(world, files, table.position_of);
     let mut bodies = Vec::with_capacity(table.bodies.len());
     for (body, mut frames) in table.bodies {
-        frame_of.learn_centre(loaded, &world.bodies[body.index()], body, path)?;
+        let described = &world.bodies[body.index()];
+        frame_of.learn_centre(loaded, described, body, path)?;
         for frame in &mut frames {
             frame.time *= files.time_unit.seconds;
             frame_of.place(body, frame);
+        }
+        if frames.iter().all(|frame| is_of_scene(described, frame)) {
+            continue;
         }
         bodies.push(RecordedBody { body, frames, group: None });
     }
@@ -236,7 +222,7 @@ impl FramesOfTable {
         self.position_of = position_of;
     }
 
-    /// Finds the centre of mass of a body, before its first frame.
+    /// Finds the centre of mass of a body, before its first frame. It is looked for once.
     pub(super) fn learn_centre(
         &mut self,
         loaded: &LoadedScene,
@@ -244,7 +230,7 @@ impl FramesOfTable {
         body: BodyId,
         path: &Path,
     ) -> Result<(), MotionImportError> {
-        if self.position_of == PositionOf::Origin {
+        if self.position_of == PositionOf::Origin && self.centres[body.index()].is_none() {
             let centre = centre_in_file(loaded, described).map_err(|reason| MotionImportError::Centre {
                 path: path.into(),
                 body: described.name.clone(),

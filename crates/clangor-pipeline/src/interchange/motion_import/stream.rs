@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clangor_core::body::{BodyId, World};
+use clangor_core::body::{BodyId, Motion, World};
 use clangor_core::timeline::TimelineSink;
 
 use super::falls::fall_remarks;
@@ -136,6 +136,11 @@ impl PoseSink for PoseStream<'_> {
 
     fn pose(&mut self, body: BodyId, mut frame: Frame) -> Result<(), MotionImportError> {
         let place = self.place_of[body.index()];
+        // The survey has found that the table has such a body as the scene does.
+        let led = matches!(self.world.bodies[body.index()].motion, Motion::Fixed | Motion::Keyframed(_));
+        if place.is_none() && led {
+            return Ok(());
+        }
         let place = place.ok_or_else(|| MotionImportError::Changed { path: self.path.into() })?;
         frame.time *= self.time_unit.seconds;
         while frame.time > self.part.to + self.part.overlap + self.lookahead {

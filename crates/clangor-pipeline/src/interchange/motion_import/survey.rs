@@ -6,7 +6,8 @@ use std::path::Path;
 use clangor_core::body::{BodyId, World};
 
 use super::file_frame::FileFrame;
-use super::recording::{FramesOfTable, check_movable};
+use super::led_bodies::{check_movable, is_of_scene};
+use super::recording::FramesOfTable;
 use super::{MotionFiles, MotionImportError};
 use crate::formats::named_bodies::NamedBodies;
 use crate::formats::pose_table::{LATE, LATENESS, PoseSink, PoseTableError, PositionOf, insert, scan_poses};
@@ -77,7 +78,7 @@ impl Survey {
         world: &World,
         part_length: Option<f64>,
     ) -> Result<Option<StreamPlan>, MotionImportError> {
-        if self.unsorted.is_some() {
+        if self.unsorted.is_some() || self.bodies.is_empty() {
             return Ok(None);
         }
         // A table of one instant is a single part.
@@ -152,7 +153,6 @@ impl Surveyor<'_> {
         }
         let body = &self.loaded.world.bodies[id.index()];
         check_movable(body, self.path)?;
-        self.frame_of.learn_centre(self.loaded, body, id, self.path)?;
         let sound_speed = self.loaded.scene.acoustics.medium.sound_speed;
         let order = QuaternionOrder::new(body.inertia, FileFrame::of(self.files).turn());
         let checks = FrameChecks::new(sound_speed, self.loaded.world.gravity, self.files.units());
@@ -213,10 +213,15 @@ impl PoseSink for Surveyor<'_> {
     }
 
     fn pose(&mut self, body: BodyId, mut frame: Frame) -> Result<(), MotionImportError> {
-        let place = self.place(body)?;
         frame.time *= self.files.time_unit.seconds;
-        self.count(&frame)?;
+        let described = &self.loaded.world.bodies[body.index()];
+        self.frame_of.learn_centre(self.loaded, described, body, self.path)?;
         self.frame_of.place(body, &mut frame);
+        if is_of_scene(described, &frame) {
+            return Ok(());
+        }
+        let place = self.place(body)?;
+        self.count(&frame)?;
         let newest = self.pending[place].last().map_or(f64::NEG_INFINITY, |last| last.time);
         if frame.time < newest - LATE {
             // Later than any that may be late: the check says so.

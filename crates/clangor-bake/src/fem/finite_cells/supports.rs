@@ -4,10 +4,11 @@
 //! ```text
 //! springs:  k_q = k A_q/A              A_q: area at a point of the surface in the region, A: of all of them
 //! clamps:   k_q = β A_q,  β = 100 E/t  t: typical wall of the body
-//! within:   A_q = V_q/t                V_q: volume at a point within
+//! within:   A_q = 100 V_q/t            V_q: volume at a point within
 //! ```
 //!
-//! A clamp gives way by a hundredth of the strain of a wall. Points lie on triangles of the surface, divided
+//! A clamp gives way by a hundredth of the strain of a wall, and what is held within follows over a hundredth of
+//! a wall. Points lie on triangles of the surface, divided
 //! until they are short against the cells and the region. Points within are on a grid of the same distance,
 //! where this is less than half of a wall. A region that has neither is one point, if the body holds it.
 
@@ -29,7 +30,9 @@ const PER_REGION: f64 = 0.25;
 /// Most divisions of a side of a triangle.
 const MOST_DIVISIONS: usize = 256;
 
-/// Largest distance of points within the body, in walls, and most of them.
+/// Area of a point within the body, in its volume over the wall.
+const WITHIN: f64 = 100.0;
+/// Largest distance of points within, in walls, and most of them.
 const PER_WALL: f64 = 0.5;
 const MOST_WITHIN: f64 = 2e4;
 
@@ -134,7 +137,7 @@ fn points_within(
     }
     let counts = (extent / spacing).ceil().max(DVec3::ONE);
     let step = extent / counts;
-    let area = step.element_product() / wall;
+    let area = WITHIN * step.element_product() / wall;
     let [nx, ny, nz] = counts.to_array().map(|count| count as usize);
     let tree = SurfaceTree::new(surface);
     let is_held = |x: &DVec3| {

@@ -5,9 +5,10 @@
 //! ```
 //!
 //! Seven frames, one to sixteen frames apart, are a fall if the other four lie on the parabola through these
-//! three within 1 % of its sagitta, and if it bends along gravity or along z. Contacts and hands bend the path
-//! in other ways, rest does not bend it, and no unit of time or length changes whether a path is a parabola.
-//! Friction, a spring near its turning point, a wheel at its top and quadratic easing have parabolas too.
+//! three within 1 % of its sagitta, and if it bends along gravity or along z. Contacts and hands bend the
+//! path in other ways, rest does not bend it, and no unit of time or length changes whether a path is a
+//! parabola. Friction, a spring near its turning point, a wheel at its top and quadratic easing have
+//! parabolas too.
 //!
 //! Not a test for gravity: a body that a constant force pulls falls too. [`fall_units`](super::fall_units)
 //! judges the accelerations.

@@ -7,10 +7,10 @@
 //! within:   A_q = 100 V_q/t            V_q: volume at a point within
 //! ```
 //!
-//! A clamp gives way by a hundredth of the strain of a wall, and what is held within follows over a hundredth of
-//! a wall. Points lie on triangles of the surface, divided
-//! until they are short against the cells and the region. Points within are on a grid of the same distance,
-//! where this is less than half of a wall. A region that has neither is one point, if the body holds it.
+//! A clamp gives way by a hundredth of the strain of a wall, and what is held within follows over a hundredth
+//! of a wall. Points lie on triangles of the surface, divided until they are short against the cells and the
+//! region. Points within are on a grid of the same distance, where this is less than half of a wall. A region
+//! that has neither is one point, if the body holds it.
 
 use clangor_core::body::support::{Support, SupportKind};
 use clangor_core::geometry::surface_tree::SurfaceTree;

@@ -6,7 +6,7 @@
 //! * *direct*: one system for each mode, at its own wavenumber: for few modes, and for cavities, whose
 //!   resonances no ladder of wavenumbers resolves;
 //! * *adjoint*: the same for drafts, whose systems are small, by the adjoint pressure of each mode
-//!   ([`adjoint_multipoles`](crate::bem::triangles::adjoint_multipoles));
+//!   (`bem::triangles::adjoint_multipoles`);
 //! * *ladder*: systems at wavenumbers Δκ apart, κ = kR. The multipoles of a mode are interpolated from the
 //!   six nearest by a polynomial of degree five. Multipoles normalised on the sphere of radius R, without
 //!   e^{−ikR}, are smooth in k: their delays, from any point of the body, are −R/c … R/c and echoes. At

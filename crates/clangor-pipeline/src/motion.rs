@@ -22,7 +22,7 @@
 //! | `free_falls` | the acceleration of bodies that fall |
 //! | `fall_units` | whether that acceleration is the gravity of the scene |
 //! | `file_units` | units of time and length, and which explain an acceleration |
-//! | `quaternion_order` | whether quaternions have their scalar first, told by spins in falls |
+//! | `quaternion_order` | whether quaternions have their scalar first, found by spins in falls |
 //! | `flights` | the motion of bodies of which only the impulses are listed |
 //! | `sunk_bodies` | bodies that lie deeper in planes than any solid could |
 //! | `list_clock` | times of a list that are probably no seconds |

@@ -304,11 +304,13 @@ impl ModalSolver for BemModalSolver {
             let own: Vec<f64> = own.iter().map(|i| wavenumbers[*i] * self.unit).collect();
             let unknowns = band.mesh.cell.vertices.len();
             let parities = band.mesh.images().len();
-            let solves = if own.is_empty() { 0 } else { rungs(&own, self.spacing).len() };
             // Modes have few of the parities.
             let systems = [parities.min(4), parities];
             let operations = match self.effort {
-                Effort::Exact => operations::motions(unknowns, systems, solves as f64),
+                Effort::Exact if own.is_empty() => 0.0,
+                Effort::Exact => {
+                    operations::motions(unknowns, systems, rungs(&own, self.spacing).len() as f64)
+                }
                 Effort::Draft => own.len() as f64 * operations::solve(unknowns, systems),
             };
             operations / PER_SECOND

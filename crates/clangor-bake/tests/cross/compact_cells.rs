@@ -40,7 +40,7 @@ fn difference(a: &ModalAnalysis, b: &ModalAnalysis) -> f64 {
     frequencies(a).iter().zip(frequencies(b)).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max)
 }
 
-/// A block that lies askew is no box of the class of boxes, so that it is solved in cells.
+/// A block that is turned out of the axes is not of the class of boxes: it is solved in cells.
 #[test]
 fn a_turned_block_rings_as_in_bricks() {
     let block = shape("box:0.12x0.05x0.03");

@@ -1,4 +1,4 @@
-//! Whether the times and lengths of a recording are in seconds and metres, told by how its bodies fall.
+//! Whether the times and lengths of a recording are in seconds and metres, found by how its bodies fall.
 //!
 //! ```text
 //! a / g = u²        times in units of u seconds, read as seconds
@@ -24,14 +24,14 @@ use super::recording::Frame;
 /// Share of the falls that agree with gravity from which on the units are right, and the factor within which
 /// they agree.
 const AGREES: (f64, f64) = (0.1, 1.25);
-/// Factor from the gravity of the scene from which on falls are told.
+/// Factor from the gravity of the scene from which on falls are reported.
 const OTHER: f64 = 2.0;
 /// Factor from the median within which the middle half of the falls must lie.
 const ALIKE: f64 = 1.08;
-/// Frames in falls that tell of a known unit, and of another one.
+/// Frames in falls that show a known unit, and another one.
 const FEWEST: (u64, u64) = (2, 10);
 /// Accelerations over gravity that friction, springs, wheels and eased keys have too. Without a likely unit
-/// they tell nothing.
+/// they show nothing.
 const ODD: (f64, f64) = (0.2, 5.0);
 /// What the falls of bodies say.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +64,7 @@ pub(crate) fn judge(falls: &FallSpeeds, gravity: f64) -> Falls {
     }
 }
 
-/// The unit that the falls of one body tell, while its file is read.
+/// The unit that the falls of one body show, while its file is read.
 pub(crate) fn unit_of_body(falls: &FreeFalls, gravity: f64, units: FileUnits) -> Option<LikelyUnit> {
     match judge(falls.along(FallsAlong::Gravity), gravity) {
         Falls::Differ(acceleration) => likely_unit(acceleration / gravity, units),
@@ -72,7 +72,7 @@ pub(crate) fn unit_of_body(falls: &FreeFalls, gravity: f64, units: FileUnits) ->
     }
 }
 
-/// The unit of length that the last three frames of a body tell, if they fall along gravity [m/s²].
+/// The unit of length that the last three frames of a body show, if they fall along gravity [m/s²].
 pub(crate) fn unit_of_frames(frames: [&Frame; 3], gravity: DVec3, units: FileUnits) -> Option<LikelyUnit> {
     let [a, b, c] = frames;
     let velocity = |from: &Frame, to: &Frame| (to.pose.position - from.pose.position) / (to.time - from.time);

@@ -5,7 +5,7 @@
 //! a / g = 1/l       lengths in units of l metres, read as metres
 //! ```
 //!
-//! Not for two units that are wrong at once: no number tells them apart.
+//! Not for two units that are wrong at once: no number separates them.
 
 use std::fmt;
 

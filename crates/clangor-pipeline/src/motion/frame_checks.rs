@@ -194,7 +194,7 @@ impl FrameChecks {
         Ok(())
     }
 
-    /// The unit of length that the falls until now tell, or else the last frames.
+    /// The unit of length that the falls until now show, or else the last frames.
     fn unit_of_fall(&self, last: &Frame, frame: &Frame) -> Option<LikelyUnit> {
         let known = unit_of_body(&self.free_falls, self.gravity.length(), self.units);
         let of_frames = || unit_of_frames([self.before.as_ref()?, last, frame], self.gravity, self.units);

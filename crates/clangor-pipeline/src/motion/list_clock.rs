@@ -1,4 +1,4 @@
-//! Whether the times of a list of contacts are in seconds, told by the duration of its scene.
+//! Whether the times of a list of contacts are in seconds, compared with the duration of its scene.
 //!
 //! ```text
 //! t_last > 100 T        milliseconds of a list that is as long as a tenth of the scene

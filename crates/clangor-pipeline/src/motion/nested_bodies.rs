@@ -20,7 +20,7 @@ use glam::DVec3;
 
 use super::recording::{Frame, RecordedBody};
 
-/// Depth that is told: share of the thinner body's 2 V/A, and at least \[m\].
+/// Depth that is reported: share of the thinner body's 2 V/A, and at least \[m\].
 const DEEP: (f64, f64) = (0.25, 1e-3);
 /// Instants of a part.
 const INSTANTS: usize = 32;
@@ -167,7 +167,7 @@ impl<'a> Solid<'a> {
         Some(Solid { id, body, radius, thickness, points, recorded })
     }
 
-    /// Smallest depth in another body that is told \[m\].
+    /// Smallest depth in another body that is reported \[m\].
     fn least(&self, other: &Solid<'_>) -> f64 {
         (DEEP.0 * self.thickness.min(other.thickness)).max(DEEP.1)
     }

@@ -1,4 +1,4 @@
-//! Whether the quaternions of a recording have their scalar first, told by how bodies spin as they fall.
+//! Whether the quaternions of a recording have their scalar first, found by how bodies spin as they fall.
 //!
 //! ```text
 //! L = R I Rᵀ ω    constant without torque;    ωₖ = log(qₖ₊₁ qₖ⁻¹)/h, L with R halfway
@@ -9,8 +9,8 @@
 //! momentum turns about. A fall of seven frames is a sign of the wrong order if L as read varies by more than
 //! 10 %, and by less than 2 % with the scalar taken from the front.
 //!
-//! Not told: spheres, cubes and whatever else has one moment of inertia only; bodies that hardly turn; and
-//! spins about a fixed axis, which engines without gyroscopic torque give to every body, in either order.
+//! Not detected: spheres, cubes and other bodies with one moment of inertia only; bodies that hardly turn;
+//! and spins about a fixed axis, which engines without gyroscopic torque give to every body, in either order.
 
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 
@@ -23,7 +23,7 @@ const CONSTANT: f64 = 0.02;
 const TUMBLES: f64 = 0.05;
 /// Smallest angle of a fall, and largest within a frame of it \[rad\].
 const TURN: (f64, f64) = (0.5, 0.5);
-/// Falls that tell of the wrong order.
+/// Falls that show the wrong order.
 const FEWEST: u64 = 3;
 
 /// What the falls of one body say.
@@ -163,7 +163,7 @@ mod tests {
                 }
             }
         }
-        println!("{found} of {count} tumbling bodies tell that the scalar comes first");
+        println!("{found} of {count} tumbling bodies show that the scalar comes first");
         assert!(found * 2 > count, "{found} of {count}");
     }
 

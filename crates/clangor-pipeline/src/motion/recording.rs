@@ -145,7 +145,7 @@ pub enum RecordingError {
         span: f64,
         /// Their quotient [m/s].
         speed: f64,
-        /// The unit of the file, if its falls until then tell.
+        /// The unit of the file, if its falls until then, or its last frames, show it.
         unit: Option<LikelyUnit>,
     },
 }

@@ -36,7 +36,7 @@ pub(crate) struct RepeatedNotice {
 }
 
 impl RepeatedContacts {
-    /// Adds the rows of a list, which come in order of time, and tells which are repetitions.
+    /// Adds the rows of a list, which come in order of time, and finds which are repetitions.
     pub(crate) fn look(&mut self, list: &Path, rows: &[ListedContact]) -> Option<RepeatedNotice> {
         let own = self.lists.len();
         self.lists.push(list.into());

@@ -31,7 +31,7 @@ const FLAT: f64 = 0.003;
 /// Largest relative error of the volume.
 const VOLUME_TOLERANCE: f64 = 0.03;
 /// Finest grid relative to the wall thickness, and number of refinements.
-pub(crate) const GRID_PER_WALL: f64 = 1.05;
+const GRID_PER_WALL: f64 = 1.05;
 const REFINEMENT: f64 = 0.8;
 const REFINEMENTS: usize = 3;
 /// Most points of a grid.

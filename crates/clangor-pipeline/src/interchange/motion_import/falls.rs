@@ -16,7 +16,7 @@ const LARGE: f64 = 1.0;
 pub(super) struct FallRemarks {
     /// Files that fall in another way than the scene.
     pub(super) warnings: Vec<String>,
-    /// Bodies that are all large, where falls do not tell the unit.
+    /// Bodies that are all large, where falls do not show the unit.
     pub(super) size: Option<String>,
 }
 

@@ -14,6 +14,7 @@
 pub(crate) mod axisymmetric;
 pub mod eigensolver;
 mod immersed_body;
+mod local_refinement;
 mod mirror_parities;
 mod mirrored_box;
 pub mod modal_density;
@@ -153,9 +154,11 @@ impl ModalAnalysisError {
 }
 
 /// Largest number of meshes.
-const MOST_MESHES: usize = 5;
+const MOST_MESHES: usize = 7;
 /// Factor on the limit for the coarsest spectrum, whose frequencies are too high.
 const COARSE_MARGIN: f64 = 1.1;
+/// Share of an error above which the change of a frequency does not show it.
+const LITTLE_CHANGED: f64 = 0.85;
 /// Safety factor on the estimated refinement.
 const SAFETY: f64 = 0.85;
 
@@ -293,8 +296,16 @@ pub(crate) trait RefinableDiscretization {
     fn first_ratio(&self) -> f64;
     /// A coarse mesh, whose frequencies up to a limit \[Hz\] may have several times the requested error.
     fn coarse(&self, limit: f64, accuracy: f64) -> Result<Self::Mesh, ModalAnalysisError>;
-    /// A mesh finer by about `ratio` in all directions that are not yet fine enough.
-    fn finer(&self, than: &Self::Mesh, ratio: f64) -> Result<Self::Mesh, ModalAnalysisError>;
+    /// A finer mesh.
+    fn finer(
+        &self,
+        than: &Self::Mesh,
+        wanted: &Finer<'_, Self::Modes>,
+    ) -> Result<Self::Mesh, ModalAnalysisError>;
+    /// Expected error of a mode in that on the mesh before, where this mesh is finer in some places only.
+    fn error_share(&self, _mesh: &Self::Mesh, _mode: usize) -> Option<f64> {
+        None
+    }
     /// Number of nodes, and length of edges in any unit.
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
     /// All modes up to a limit \[Hz\].
@@ -316,6 +327,18 @@ pub(crate) trait RefinableDiscretization {
     /// The surface and the first `count` shapes there.
     fn shapes(&self, mesh: &Self::Mesh, modes: &Self::Modes, count: usize)
     -> (ModalSurface, Vec<Vec<DVec3>>);
+}
+
+/// What a finer mesh is for.
+pub(crate) struct Finer<'a, M> {
+    /// By how much it is finer, about, in all directions that are not yet fine enough.
+    pub(crate) ratio: f64,
+    /// Modes of the mesh before.
+    pub(crate) modes: &'a M,
+    /// Their relative errors; none after the first mesh.
+    pub(crate) errors: &'a [f64],
+    /// Relative error that is wanted.
+    pub(crate) accuracy: f64,
 }
 
 /// The modes of one mesh.
@@ -350,11 +373,12 @@ fn refined<B: RefinableDiscretization>(
     }
     tell(0.0, nodes)?;
     let mut spectrum = body.solve(&mesh, limit * COARSE_MARGIN)?;
-    let mut errors = Vec::new();
+    let mut errors: Vec<f64> = Vec::new();
     let mut ratio = body.first_ratio();
     // Refine until the estimated error meets the accuracy.
     for meshes in 2..=MOST_MESHES {
-        let finer = match body.finer(&mesh, ratio) {
+        let (modes, accuracy) = (&spectrum.modes, options.accuracy);
+        let finer = match body.finer(&mesh, &Finer { ratio, modes, errors: &errors, accuracy }) {
             Err(ModalAnalysisError::TooFine { .. }) => break,
             finer => finer?,
         };
@@ -369,11 +393,9 @@ fn refined<B: RefinableDiscretization>(
             fine => fine?,
         };
         // Richardson estimate of the error of each frequency.
-        errors = mesh_errors(
-            &spectrum.frequencies,
-            &fine.frequencies,
-            (edge / fine_edge).powf(body.convergence()),
-        );
+        let by_edges = (edge / fine_edge).powf(body.convergence()).recip();
+        let share = |mode: usize| body.error_share(&finer, mode).unwrap_or(by_edges);
+        errors = mesh_errors(&spectrum.frequencies, &fine.frequencies, &errors, share);
         (mesh, edge, spectrum) = (finer, fine_edge, fine);
         let worst = largest(&errors);
         if worst <= options.accuracy {
@@ -416,12 +438,24 @@ fn largest(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, f64::max)
 }
 
-/// Estimated relative error of each frequency, from a mesh with errors `times` as large.
-fn mesh_errors(coarse: &[f64], fine: &[f64], times: f64) -> Vec<f64> {
-    let share = 1.0 / (times - 1.0);
-    let mut errors: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c / f - 1.0).abs() * share).collect();
+/// Estimated relative error of each frequency, from the errors on a coarser mesh, if they are known, and the
+/// share of them that is left.
+///
+/// ```text
+/// e = |f_coarse/f − 1| q/(1 − q),    q: share;    e = q e_coarse where little has changed
+/// ```
+fn mesh_errors(coarse: &[f64], fine: &[f64], before: &[f64], share: impl Fn(usize) -> f64) -> Vec<f64> {
+    let pairs = coarse.iter().zip(fine).enumerate();
+    let mut errors: Vec<f64> = pairs
+        .map(|(mode, (c, f))| match (share(mode), before.get(mode)) {
+            (q, Some(error)) if q > LITTLE_CHANGED => q * error,
+            (q, _) => (c / f - 1.0).abs() * q / (1.0 - q),
+        })
+        .collect();
     // A mode that the coarser mesh moved beyond the band takes the largest error of the others.
-    let worst = errors.iter().copied().reduce(f64::max).unwrap_or((COARSE_MARGIN - 1.0) * share);
+    let q = share(errors.len());
+    let beyond = (COARSE_MARGIN - 1.0) * q / (1.0 - q);
+    let worst = errors.iter().copied().reduce(f64::max).unwrap_or(beyond);
     errors.resize(fine.len(), worst);
     errors
 }

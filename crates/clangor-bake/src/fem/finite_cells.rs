@@ -33,11 +33,15 @@ mod chain;
 mod division;
 mod faces;
 mod grid;
+mod hanging;
 mod joints;
+mod levels;
 mod matrices;
 mod moments;
 mod parts;
 mod polygon;
+mod refinement;
+mod remainder;
 mod supports;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
@@ -49,8 +53,11 @@ use super::{ElasticConstants, ElasticSystem, Elements};
 use basis::Basis;
 pub(crate) use grid::{CellGrid, Planes, edge_for};
 use joints::{numbered, on_mirrors};
+use levels::{Element, Level, levels};
 use matrices::CellMatrices;
-use parts::{Cell, Parts};
+use parts::Cell;
+pub(crate) use refinement::{LevelPlace, Refinement};
+pub(crate) use remainder::Remainder;
 
 /// α: stiffness of the part of a cut cell outside the body, relative to that of the body.
 ///
@@ -108,21 +115,23 @@ pub struct WrongCell {
 /// A body in the cells of a grid.
 #[derive(Clone, Debug)]
 pub(crate) struct FiniteCells {
-    grid: CellGrid,
     basis: Basis,
     /// Thickness of the walls \[m\].
     wall: f64,
-    body: Parts,
-    /// Nodes of each part, then of each tie.
-    elements: Vec<Vec<u32>>,
+    /// From the largest cells to the smallest.
+    levels: Vec<Level>,
+    /// Of each part, then of each tie.
+    elements: Vec<Element>,
     /// Node positions \[m\].
     nodes: Vec<DVec3>,
 }
 
 /// Blocks of one element.
-enum Blocks {
-    /// Matrices of a part, and stiffness of the rest of its cell.
-    Part(Box<CellMatrices>, f64),
+enum Blocks<'a> {
+    /// Of a part, and of its whole cell, whose stiffness counts a little.
+    Part { own: Box<CellMatrices>, whole: &'a CellMatrices, outside: f64 },
+    /// Of a part with hanging nodes, by pairs of the nodes it depends on.
+    Hanging(Vec<(DMat3, f64)>, usize),
     /// Stiffness of a tie along each axis, by pairs of its nodes.
     Tie(Vec<f64>, usize),
 }
@@ -145,31 +154,45 @@ pub(crate) fn edge_of_cells(area: f64, volume: f64, cells: f64) -> f64 {
 }
 
 impl FiniteCells {
-    /// The cells that a grid keeps and that contain a part of a body with walls of a thickness \[m\].
+    /// The cells that a grid keeps, some divided, and that contain a part of a body with walls of a thickness
+    /// \[m\].
     ///
     /// # Errors
     /// [`WrongCell`].
-    pub(crate) fn new(surface: &TriMesh, grid: CellGrid, order: Order, wall: f64) -> Result<Self, WrongCell> {
+    pub(crate) fn new(
+        surface: &TriMesh,
+        (grid, refinement): (CellGrid, &Refinement),
+        order: Order,
+        wall: f64,
+    ) -> Result<Self, WrongCell> {
         let basis = Basis::new(order.degree());
-        let body = Parts::new(surface, &grid, &basis, wall)?;
-        let (mut elements, nodes) = numbered(&grid, &basis, &body);
-        for tie in &body.ties {
-            let mut own: Vec<u32> = tie.parts.iter().flat_map(|part| elements[*part].clone()).collect();
-            own.sort_unstable();
-            own.dedup();
-            elements.push(own);
+        let levels = levels(surface, grid, refinement, &basis, wall)?;
+        let (mut elements, nodes) = numbered(&levels, &basis);
+        for level in &levels {
+            for tie in &level.body.ties {
+                let of_part = |part: &usize| elements[level.first + part].nodes.clone();
+                let mut own: Vec<u32> = tie.parts.iter().flat_map(of_part).collect();
+                own.sort_unstable();
+                own.dedup();
+                elements.push(Element { nodes: own, hanging: None });
+            }
         }
-        Ok(FiniteCells { grid, basis, wall, body, elements, nodes })
+        Ok(FiniteCells { basis, wall, levels, elements, nodes })
     }
 
-    /// The grid.
+    /// The grid of its largest cells.
     pub(crate) fn grid(&self) -> CellGrid {
-        self.grid
+        self.levels[0].grid
     }
 
     /// Whether the body goes on through the mirror plane across each axis at each node.
     pub(crate) fn on_mirrors(&self) -> Vec<[bool; 3]> {
-        on_mirrors(&self.grid, &self.basis, (&self.body, &self.elements), self.nodes.len())
+        on_mirrors(&self.basis, &self.levels, &self.elements, self.nodes.len())
+    }
+
+    /// Number of parts, the elements before the ties.
+    fn part_count(&self) -> usize {
+        self.levels.iter().map(|level| level.body.parts.len()).sum()
     }
 
     /// Node positions \[m\].
@@ -190,45 +213,71 @@ impl FiniteCells {
             rigid: rigid_motions(&self.nodes).into(),
             columns: Columns::default(),
         };
-        let whole = CellMatrices::new(&self.basis, self.grid.edge, &self.whole_weights());
-        let parts = self.body.parts.len();
+        let parts = self.part_count();
+        let whole = |level: &Level| {
+            let edge = level.grid.edge;
+            CellMatrices::new(&self.basis, edge, &self.whole_weights(edge))
+        };
+        let whole: Vec<CellMatrices> = self.levels.iter().map(whole).collect();
         ElasticSystem::assemble(elements, |e| {
-            let own = match self.body.parts.get(e) {
-                Some(part) => {
-                    let outside = if part.filled < 1.0 - FILLED { OUTSIDE } else { 0.0 };
-                    let own = CellMatrices::new(&self.basis, self.grid.edge, &part.weights);
-                    Blocks::Part(Box::new(own), outside)
-                }
-                None => self.tie(e - parts, constants),
-            };
-            let whole = &whole;
-            move |i: usize, j: usize| match &own {
-                Blocks::Part(own, outside) => {
-                    let block = own.stiffness(i, j, constants) + whole.stiffness(i, j, constants) * *outside;
-                    (block, constants.density * own.mass(i, j))
-                }
-                Blocks::Tie(values, count) => {
-                    (DMat3::from_diagonal(DVec3::splat(values[i * count + j])), 0.0)
-                }
-            }
+            let own =
+                if e < parts { self.part(e, &whole, constants) } else { self.tie(e - parts, constants) };
+            move |i: usize, j: usize| own.at(i, j, constants)
         })
     }
 
+    /// The matrices of a part.
+    fn part<'a>(&self, e: usize, whole: &'a [CellMatrices], constants: &ElasticConstants) -> Blocks<'a> {
+        let level = self.levels.partition_point(|level| level.first <= e) - 1;
+        let Level { grid, body, first, .. } = &self.levels[level];
+        let part = &body.parts[e - first];
+        let outside = if part.filled < 1.0 - FILLED { OUTSIDE } else { 0.0 };
+        let own = CellMatrices::new(&self.basis, grid.edge, &part.weights);
+        let plain = Blocks::Part { own: Box::new(own), whole: &whole[level], outside };
+        let element = &self.elements[e];
+        let Some(hanging) = &element.hanging else { return plain };
+        // K' = Tᵀ K T, first Tᵀ K.
+        let (local, count) = (hanging.len(), element.nodes.len());
+        let mut half = vec![(DMat3::ZERO, 0.0); count * local];
+        for (i, terms) in hanging.iter().enumerate() {
+            for j in 0..local {
+                let (block, mass) = plain.at(i, j, constants);
+                for (row, weight) in terms {
+                    let sum = &mut half[row * local + j];
+                    *sum = (sum.0 + block * *weight, sum.1 + mass * weight);
+                }
+            }
+        }
+        let mut all = vec![(DMat3::ZERO, 0.0); count * count];
+        for (j, terms) in hanging.iter().enumerate() {
+            for row in 0..count {
+                let (block, mass) = half[row * local + j];
+                for (column, weight) in terms {
+                    let sum = &mut all[row * count + column];
+                    *sum = (sum.0 + block * *weight, sum.1 + mass * weight);
+                }
+            }
+        }
+        Blocks::Hanging(all, count)
+    }
+
     /// The stiffness of a tie on the nodes of both parts. Where they share a node, nothing is left to tie.
-    fn tie(&self, k: usize, constants: &ElasticConstants) -> Blocks {
-        let tie = &self.body.ties[k];
-        let section = CellMatrices::new(&self.basis, self.grid.edge, &tie.weights);
-        let nodes = &self.elements[self.body.parts.len() + k];
+    fn tie(&self, k: usize, constants: &ElasticConstants) -> Blocks<'_> {
+        let level = &self.levels[self.levels.partition_point(|level| level.first_tie <= k) - 1];
+        let tie = &level.body.ties[k - level.first_tie];
+        let section = CellMatrices::new(&self.basis, level.grid.edge, &tie.weights);
+        let nodes = &self.elements[self.part_count() + k].nodes;
         let count = nodes.len();
         let mut values = vec![0.0; count * count];
-        // Nodes of both parts by their place in the cell, with the sign of their displacement.
-        let both: Vec<(usize, usize, f64)> = tie
-            .parts
-            .iter()
-            .zip([1.0, -1.0])
-            .flat_map(|(part, sign)| self.elements[*part].iter().enumerate().map(move |(i, n)| (i, n, sign)))
-            .map(|(i, n, sign)| (i, nodes.partition_point(|other| other < n), sign))
-            .collect();
+        // Terms of both parts by their place in the cell, with the sign of their displacement.
+        let mut both: Vec<(usize, usize, f64)> = Vec::new();
+        for (part, sign) in tie.parts.iter().zip([1.0, -1.0]) {
+            let element = &self.elements[level.first + part];
+            for i in 0..(self.basis.degree() + 1).pow(3) {
+                let place = |of: usize| nodes.partition_point(|other| *other < element.nodes[of]);
+                both.extend(element.terms(i).map(|(of, weight)| (i, place(of), sign * weight)));
+            }
+        }
         let stiffness = TIE * constants.youngs_modulus() / self.wall;
         for (i, row, first) in &both {
             for (j, column, second) in &both {
@@ -239,9 +288,9 @@ impl FiniteCells {
     }
 
     /// Weights of a cell that is wholly inside.
-    fn whole_weights(&self) -> Vec<f64> {
+    fn whole_weights(&self, edge: f64) -> Vec<f64> {
         let axis = self.basis.points();
-        let volume = self.grid.edge.powi(3);
+        let volume = edge.powi(3);
         let along = |k: usize| axis[k].1;
         let count = axis.len();
         (0..count.pow(3))
@@ -251,30 +300,46 @@ impl FiniteCells {
 
     /// Nodes and their weights at a point of the body; beside it, in the nearest cell.
     pub(crate) fn interpolation(&self, at: DVec3) -> (&[u32], Vec<f64>) {
-        let scaled = (at - self.grid.origin) / self.grid.edge;
-        let cells = &self.body.cells;
-        let distance = |cell: &Cell| {
-            let low = DVec3::from_array(cell.place.map(|n| n as f64));
-            (scaled.clamp(low, low + 1.0) - scaled).length_squared()
+        let Some((level, cell)) = self.cell_of(at).or_else(|| self.nearest_cell(at)) else {
+            return (&[], Vec::new());
         };
-        let found = self.grid.place(scaled);
-        let found = found.and_then(|place| cells.binary_search_by_key(&place, |cell| cell.place).ok());
-        let cell = found.unwrap_or_else(|| {
-            let nearest = |best: usize, k: usize| {
-                if distance(&cells[k]) < distance(&cells[best]) { k } else { best }
-            };
-            (1..cells.len()).fold(0, nearest)
-        });
-        let cell = &cells[cell];
-        let inside = scaled - DVec3::from_array(cell.place.map(|n| n as f64));
+        let inside = level.grid.units(at) - DVec3::from_array(cell.place.map(|n| n as f64));
         let wall = cell.division.as_ref().map_or(0, |division| division.wall_at(inside));
         // A wall without a part is empty.
         let part = cell.parts[wall].or_else(|| cell.parts.iter().flatten().next().copied()).unwrap_or(0);
-        let [x, y, z] = inside.to_array().map(|x| self.basis.values(x));
-        let weights = x
-            .iter()
-            .flat_map(|x| y.iter().flat_map(|y| z.iter().map(move |z| x * y * z)).collect::<Vec<_>>());
-        (&self.elements[part], weights.collect())
+        let element = &self.elements[level.first + part];
+        (&element.nodes, element.gathered(self.basis.at_point(inside)))
+    }
+
+    /// The cell with a point.
+    fn cell_of(&self, at: DVec3) -> Option<(&Level, &Cell)> {
+        self.levels.iter().find_map(|level| {
+            let place = level.grid.place(level.grid.units(at))?;
+            Some((level, level.body.cell(place)?))
+        })
+    }
+
+    fn nearest_cell(&self, at: DVec3) -> Option<(&Level, &Cell)> {
+        let distance = |(level, cell): &(&Level, &Cell)| {
+            let (scaled, low) = (level.grid.units(at), DVec3::from_array(cell.place.map(|n| n as f64)));
+            level.grid.edge * (scaled.clamp(low, low + 1.0) - scaled).length()
+        };
+        let all = self.levels.iter().flat_map(|level| level.body.cells.iter().map(move |cell| (level, cell)));
+        all.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+}
+
+impl Blocks<'_> {
+    /// Block of the stiffness and factor of the mass.
+    fn at(&self, i: usize, j: usize, constants: &ElasticConstants) -> (DMat3, f64) {
+        match self {
+            Blocks::Part { own, whole, outside } => {
+                let block = own.stiffness(i, j, constants) + whole.stiffness(i, j, constants) * *outside;
+                (block, constants.density * own.mass(i, j))
+            }
+            Blocks::Hanging(blocks, count) => blocks[i * count + j],
+            Blocks::Tie(values, count) => (DMat3::from_diagonal(DVec3::splat(values[i * count + j])), 0.0),
+        }
     }
 }
 
@@ -288,7 +353,7 @@ mod tests {
 
     fn cells(mesh: &TriMesh, edge: f64, order: Order, wall: f64) -> FiniteCells {
         let grid = CellGrid::around(mesh, edge, &Planes::default());
-        FiniteCells::new(mesh, grid, order, wall).expect("cells")
+        FiniteCells::new(mesh, (grid, &Refinement::default()), order, wall).expect("cells")
     }
 
     /// Quadratic displacements are in the space, so that their energies are exact: compared with integrals
@@ -349,9 +414,9 @@ mod tests {
         // Also where the mitre lies in a plane of the grid.
         for edge in [0.7, 0.5, 0.31] {
             let cells = cells(&mesh, edge, Order::Third, 0.1);
-            let volume: f64 = cells.body.parts.iter().map(|part| part.filled * edge.powi(3)).sum();
-            let mitre: f64 = cells.body.ties.iter().flat_map(|tie| &tie.weights).sum();
-            assert!(cells.body.parts.len() > cells.body.cells.len());
+            let volume: f64 = cells.levels[0].body.parts.iter().map(|part| part.filled * edge.powi(3)).sum();
+            let mitre: f64 = cells.levels[0].body.ties.iter().flat_map(|tie| &tie.weights).sum();
+            assert!(cells.levels[0].body.parts.len() > cells.levels[0].body.cells.len());
             // Seen: 1e-15 and 3e-7, of the shift that keeps divisions off the planes of the grid.
             assert!((volume / 0.39 - 1.0).abs() < 1e-12, "{edge}: {volume}");
             assert!((mitre / (0.1 * 2.0_f64.sqrt()) - 1.0).abs() < 1e-5, "{edge}: {mitre}");
@@ -397,7 +462,7 @@ mod tests {
         let [below, above] = [0.05, 0.17].map(|y| cells.interpolation(DVec3::new(1.7, y, 0.5)).0);
         assert!(below.iter().all(|node| !above.contains(node)));
         // They hang together at the root alone, 0.5 m long.
-        let root: f64 = cells.body.ties.iter().flat_map(|tie| &tie.weights).sum();
+        let root: f64 = cells.levels[0].body.ties.iter().flat_map(|tie| &tie.weights).sum();
         assert!(root > 0.0 && root < 0.5 + 1e-6, "{root}");
     }
 

@@ -24,7 +24,7 @@ use glam::{DQuat, DVec3};
 
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::Axisymmetry;
-use crate::modal_analysis::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
+use crate::modal_analysis::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use axisymmetric_surface::AxisymmetricSurface;
 use section_mesh::SectionMesh;
 use spectrum::{SectionMode, spectrum};
@@ -96,8 +96,12 @@ impl RefinableDiscretization for AxisymmetricBody<'_> {
         Ok(AxisymmetricMesh { section: self.section(most, fineness)?, most, fineness, surface_edge })
     }
 
-    fn finer(&self, than: &AxisymmetricMesh, ratio: f64) -> Result<AxisymmetricMesh, ModalAnalysisError> {
-        let (most, fineness) = (than.most, than.fineness / ratio);
+    fn finer(
+        &self,
+        than: &AxisymmetricMesh,
+        wanted: &Finer<'_, Vec<SectionMode>>,
+    ) -> Result<AxisymmetricMesh, ModalAnalysisError> {
+        let (most, fineness) = (than.most, than.fineness / wanted.ratio);
         Ok(AxisymmetricMesh { section: self.section(most, fineness)?, fineness, ..*than })
     }
 

@@ -19,9 +19,12 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::{DMat3, DVec3};
 
+use super::local_refinement::cells_to_halve;
 use super::mirror_parities::{MirrorParities, PartMode, PartNodes};
-use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
-use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, Planes, edge_for, edge_of_cells, expected};
+use super::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
+use crate::fem::finite_cells::{
+    CellGrid, FiniteCells, Order, Planes, Refinement, edge_for, edge_of_cells, expected,
+};
 use crate::fem::supports::{Holding, Support, SupportError, SupportKind, SupportRegion};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::inner_creases::Walls;
@@ -55,6 +58,12 @@ const MOST_EXPECTED: f64 = 1.5;
 /// cell has many more neighbours than one of a tetrahedron. Seen: 3.7 GB and 55 s of CPU time for the 92
 /// modes of a tin on 57 000 nodes.
 const FINER_SHARE: f64 = 0.75;
+/// Modes, those with the largest errors, for which cells are halved.
+const MOST_MODES: usize = 24;
+/// Error for which cells are halved, in the accuracy asked for.
+const AIM: f64 = 0.7;
+/// Nodes for each halved cell of a thin wall.
+const MORE_NODES: f64 = 150.0;
 /// Least ratio of edges that is worth another grid.
 const LEAST_RATIO: f64 = 1.1;
 /// Longest edge of the surface that carries the shapes, in cells.
@@ -118,9 +127,12 @@ struct Mirrors {
 /// A grid with displacements of one order.
 pub(super) struct Immersed {
     cells: FiniteCells,
-    /// Edge of the cells \[m\].
+    /// Edge of the largest cells \[m\].
     edge: f64,
     order: Order,
+    refinement: Refinement,
+    /// Expected error of each mode in that on the grid before; empty if it is that of smaller edges.
+    shares: Vec<f64>,
 }
 
 impl<'a> ImmersedBody<'a> {
@@ -217,8 +229,39 @@ impl<'a> ImmersedBody<'a> {
     }
 
     fn on(&self, grid: CellGrid, order: Order) -> Result<Immersed, ModalAnalysisError> {
-        let cells = FiniteCells::new(self.framed(), grid, order, self.walls.thickness)?;
-        Ok(Immersed { cells, edge: grid.edge, order })
+        let refinement = Refinement::default();
+        let cells = FiniteCells::new(self.framed(), (grid, &refinement), order, self.walls.thickness)?;
+        Ok(Immersed { cells, edge: grid.edge, order, refinement, shares: Vec::new() })
+    }
+
+    /// A grid with smaller cells where modes are resolved least; `None` where it would have more nodes than
+    /// `most`.
+    fn finer_where_needed(
+        &self,
+        than: &Immersed,
+        wanted: &Finer<'_, Vec<PartMode>>,
+        most: f64,
+    ) -> Result<Option<Immersed>, ModalAnalysisError> {
+        let mut worst: Vec<usize> = (0..wanted.errors.len().min(wanted.modes.len())).collect();
+        worst.sort_by(|a, b| wanted.errors[*b].total_cmp(&wanted.errors[*a]));
+        worst.truncate(MOST_MODES);
+        let shapes: Vec<&[DVec3]> = worst.iter().map(|mode| &wanted.modes[*mode].mode.shape[..]).collect();
+        let remainders = than.cells.remainders(&shapes, self.constants);
+        let target = AIM * wanted.accuracy;
+        let errors: Vec<f64> = worst.iter().map(|mode| wanted.errors[*mode] / target).collect();
+        let more = (most - than.cells.node_count() as f64).max(0.0) / MORE_NODES;
+        let gain = 2.0_f64.powf(self.convergence());
+        let halved = cells_to_halve(&remainders, &errors, gain, more as usize);
+        if halved.cells.is_empty() {
+            return Ok(None);
+        }
+        let mut refinement = than.refinement.clone();
+        halved.cells.iter().for_each(|cell| refinement.divide(*cell));
+        let grid = (than.cells.grid(), &refinement);
+        let cells = FiniteCells::new(self.framed(), grid, than.order, self.walls.thickness)?;
+        let mut shares = vec![1.0; wanted.errors.len()];
+        worst.iter().zip(halved.shares).for_each(|(mode, share)| shares[*mode] = share);
+        Ok(Some(Immersed { cells, refinement, shares, ..*than }))
     }
 
     /// Where clamps in boxes end within the body, by more than rounding in cells of an edge \[m\].
@@ -276,8 +319,12 @@ impl RefinableDiscretization for ImmersedBody<'_> {
         }
     }
 
-    fn finer(&self, than: &Immersed, ratio: f64) -> Result<Immersed, ModalAnalysisError> {
-        let last = self.last_order();
+    fn finer(
+        &self,
+        than: &Immersed,
+        wanted: &Finer<'_, Vec<PartMode>>,
+    ) -> Result<Immersed, ModalAnalysisError> {
+        let (last, ratio) = (self.last_order(), wanted.ratio);
         if than.order < last {
             return self.on(than.cells.grid(), last);
         }
@@ -287,14 +334,20 @@ impl RefinableDiscretization for ImmersedBody<'_> {
         // As much work in all parities as of a body without mirror planes.
         let parities = than.mirrors().parities().count() as f64;
         let most = FINER_SHARE * self.most_nodes as f64 / parities.powf(CellGrid::WORK.recip());
+        let too_fine = || {
+            let of_whole = expected(self.surface.area(), self.volume, than.edge / ratio);
+            let [elements, nodes] = of_whole.map(|count| count / parities);
+            let (wall, most) = (self.walls.thickness, most as usize);
+            ModalAnalysisError::TooFine { wall, edge: than.edge / ratio, elements, nodes, most }
+        };
+        if self.walls.creased {
+            return self.finer_where_needed(than, wanted, most)?.ok_or_else(too_fine);
+        }
         // The nodes of thin walls are as many as their cells have area.
         let finest = than.edge * (than.cells.node_count() as f64 / most).sqrt();
         let edge = (than.edge / ratio).max(finest);
         if than.edge < LEAST_RATIO * edge {
-            let of_whole = expected(self.surface.area(), self.volume, than.edge / ratio);
-            let [elements, nodes] = of_whole.map(|count| count / parities);
-            let (wall, most) = (self.walls.thickness, most as usize);
-            return Err(ModalAnalysisError::TooFine { wall, edge: than.edge / ratio, elements, nodes, most });
+            return Err(too_fine());
         }
         self.with(edge, last)
     }
@@ -306,6 +359,10 @@ impl RefinableDiscretization for ImmersedBody<'_> {
             1.0
         };
         (mesh.cells.node_count(), longer * mesh.edge)
+    }
+
+    fn error_share(&self, mesh: &Immersed, mode: usize) -> Option<f64> {
+        mesh.shares.get(mode).copied()
     }
 
     fn solve(&self, mesh: &Immersed, limit: f64) -> Result<Spectrum<Vec<PartMode>>, ModalAnalysisError> {

@@ -15,7 +15,7 @@ use glam::DVec3;
 use super::mirror_parities::{MirrorParities, PartNodes};
 use super::mirrored_box::MirroredBox;
 use super::plate_mesh::plate_mesh;
-use super::{ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
+use super::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::across_walls::Unknowns;
 use crate::fem::bricks::box_of_bricks;
 use crate::fem::prisms::{Prisms, plate_of_prisms};
@@ -245,7 +245,8 @@ impl RefinableDiscretization for VolumeFem<'_> {
         }
     }
 
-    fn finer(&self, than: &Filled, ratio: f64) -> Result<Filled, ModalAnalysisError> {
+    fn finer(&self, than: &Filled, wanted: &Finer<'_, Vec<Mode>>) -> Result<Filled, ModalAnalysisError> {
+        let ratio = wanted.ratio;
         let edge = than.edge / ratio;
         let cells = match &self.form {
             Filling::Block(edges) => {

@@ -3,6 +3,8 @@
 //!
 //! Coordinates run from 0 to 1 along the edge of a cell.
 
+use glam::DVec3;
+
 use crate::quadrature::gauss_legendre;
 
 /// The polynomials of one axis.
@@ -18,7 +20,12 @@ pub(super) struct Basis {
 
 impl Basis {
     pub(super) fn new(degree: usize) -> Self {
-        let lobatto = gauss_lobatto(degree);
+        Self::of_nodes(gauss_lobatto(degree))
+    }
+
+    /// The polynomials through some nodes in [0, 1].
+    pub(super) fn of_nodes(lobatto: Vec<f64>) -> Self {
+        let degree = lobatto.len() - 1;
         let points = gauss_legendre(2 * degree + 1);
         let mut basis = Basis { lobatto, points, table: Vec::new() };
         basis.table = basis
@@ -52,6 +59,19 @@ impl Basis {
     /// Values of all displacements at x.
     pub(super) fn values(&self, x: f64) -> Vec<f64> {
         (0..self.lobatto.len()).map(|i| self.lagrange(i, x).0).collect()
+    }
+
+    /// The place of a node of a cell, in units of cells.
+    pub(super) fn node(&self, k: usize) -> DVec3 {
+        let local = self.lobatto.len();
+        DVec3::from_array([k / (local * local), k / local % local, k % local].map(|n| self.lobatto[n]))
+    }
+
+    /// Values of the displacements of all nodes of a cell at a point of it.
+    pub(super) fn at_point(&self, at: DVec3) -> Vec<f64> {
+        let [x, y, z] = at.to_array().map(|x| self.values(x));
+        let plane = |x: f64| y.iter().flat_map(|y| z.iter().map(move |z| x * y * z)).collect::<Vec<_>>();
+        x.iter().flat_map(|x| plane(*x)).collect()
     }
 
     fn lagrange(&self, i: usize, x: f64) -> (f64, f64) {
@@ -91,7 +111,7 @@ fn legendre(y: f64, count: usize) -> Vec<f64> {
 }
 
 /// The ends and the zeros of P_p', in [0, 1].
-fn gauss_lobatto(degree: usize) -> Vec<f64> {
+pub(super) fn gauss_lobatto(degree: usize) -> Vec<f64> {
     let mut points: Vec<f64> =
         (0..=degree).map(|k| -(std::f64::consts::PI * k as f64 / degree as f64).cos()).collect();
     for y in &mut points[1..degree] {

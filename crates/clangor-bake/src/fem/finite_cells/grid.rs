@@ -94,6 +94,16 @@ impl CellGrid {
         positions[best]
     }
 
+    /// The same grid with cells of half the edge.
+    pub(super) fn halved(&self) -> Self {
+        CellGrid {
+            edge: 0.5 * self.edge,
+            counts: self.counts.map(|n| 2 * n),
+            images: self.images.map(|n| 2 * n),
+            ..*self
+        }
+    }
+
     /// Number of kept cells with one of these points.
     fn cells(&self, points: &[DVec3]) -> usize {
         let places = points.iter().map(|p| self.place_of(self.scaled(*p)));
@@ -117,6 +127,11 @@ impl CellGrid {
     pub(super) fn scaled(&self, at: DVec3) -> DVec3 {
         let counts = DVec3::from_array(self.counts.map(|n| n as f64));
         ((at - self.origin) / self.edge).clamp(DVec3::splat(MARGIN), counts - MARGIN)
+    }
+
+    /// A point in units of cells from the lowest corner.
+    pub(super) fn units(&self, at: DVec3) -> DVec3 {
+        (at - self.origin) / self.edge
     }
 
     fn place_of(&self, scaled: DVec3) -> [usize; 3] {

@@ -4,17 +4,22 @@
 //! nodes of this face, so that displacements are continuous. Parts that touch the face in different places,
 //! such as two walls with a gap between them, share none.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::basis::Basis;
 use super::chain::{Cap, Chain, Origin};
-use super::grid::CellGrid;
+use super::hanging::{HangingFace, hanging_faces};
+use super::levels::{Element, Level};
 use super::parts::{Cell, Parts, face_area};
 
 /// Least overlap, in the smaller of two sections.
 const OVERLAP: f64 = 0.1;
 /// Rounding of a section, in the area of a face.
 const ROUNDING: f64 = 1e-12;
+/// Rounding of a weight.
+const NO_WEIGHT: f64 = 1e-14;
 
 /// Sets of equals.
 struct Sets(Vec<u32>);
@@ -35,77 +40,157 @@ impl Sets {
     }
 }
 
-/// Nodes of each part, and positions of all nodes \[m\], in the order of the grid.
-pub(super) fn numbered(grid: &CellGrid, basis: &Basis, body: &Parts) -> (Vec<Vec<u32>>, Vec<DVec3>) {
-    let degree = basis.degree();
-    let local = degree + 1;
-    let all = local.pow(3);
-    let mut nodes = Sets((0..(body.parts.len() * all) as u32).collect());
-    let mut bodies = Sets((0..body.parts.len() as u32).collect());
-    body.ties.iter().for_each(|tie| bodies.join(tie.parts[0], tie.parts[1]));
-    let mut share = |pair: [usize; 2], axis: usize, bodies: &mut Sets| {
-        bodies.join(pair[0], pair[1]);
-        let step = [local * local, local, 1][axis];
-        for k in on_lower_face(local, axis) {
-            nodes.join(pair[0] * all + k + degree * step, pair[1] * all + k);
-        }
+/// A node of a grid: its level, its place in the lattice, and the first of its copies.
+type Key = (usize, [usize; 3], u32);
+
+/// The elements of all parts, and positions of all nodes \[m\], in the order of the grids.
+pub(super) fn numbered(levels: &[Level], basis: &Basis) -> (Vec<Element>, Vec<DVec3>) {
+    let hanging = hanging_faces(levels);
+    let mut copies = Copies::of(levels, basis, &hanging);
+    let distinct = copies.distinct(levels, basis);
+    let (all, count) = (copies.all, copies.nodes.0.len() / copies.all);
+    let number = |copies: &mut Copies, part: usize, k: usize| {
+        let key = copies.key(levels, basis, part, k);
+        distinct.partition_point(|other| *other < key)
     };
-    for cell in &body.cells {
-        for axis in 0..3 {
-            if let Some(above) = neighbour(body, cell, axis) {
-                for pair in joined(body, cell, above, axis) {
-                    share(pair, axis, &mut bodies);
+    // What hanging nodes follow; larger cells come first, so that theirs is known.
+    let mut follows: Vec<Option<Vec<(usize, f64)>>> = vec![None; distinct.len()];
+    for face in &hanging {
+        let axis = usize::from(face.face / 2);
+        for k in on_face(basis.degree() + 1, axis, !face.face.is_multiple_of(2)) {
+            let node = number(&mut copies, face.part, k);
+            if follows[node].is_none() {
+                let weights = basis.at_point(face.in_larger(basis.node(k)));
+                let mut sum = BTreeMap::new();
+                for (m, weight) in weights.into_iter().enumerate().filter(|(_, w)| w.abs() > NO_WEIGHT) {
+                    let other = number(&mut copies, face.larger, m);
+                    for (term, part) in follows[other].as_deref().unwrap_or(&[(other, 1.0)]) {
+                        *sum.entry(*term).or_insert(0.0) += weight * part;
+                    }
                 }
+                follows[node] = Some(sum.into_iter().collect());
             }
         }
     }
-    // What hangs together by less than rounding shares all nodes of the face.
-    for cell in &body.cells {
-        for axis in 0..3 {
-            let Some(above) = neighbour(body, cell, axis) else { continue };
-            for pair in
-                cell.parts.iter().flatten().flat_map(|a| above.parts.iter().flatten().map(|b| [*a, *b]))
-            {
-                if bodies.root(pair[0]) != bodies.root(pair[1]) {
-                    share(pair, axis, &mut bodies);
-                }
-            }
+    let free: Vec<usize> = (0..distinct.len()).filter(|node| follows[*node].is_none()).collect();
+    let unknown = |node: usize| free.partition_point(|other| *other < node) as u32;
+    let element = |part: usize| {
+        let own: Vec<usize> = (0..all).map(|k| number(&mut copies, part, k)).collect();
+        if own.iter().all(|node| follows[*node].is_none()) {
+            return Element { nodes: own.into_iter().map(unknown).collect(), hanging: None };
         }
-    }
-    let lattice = |part: usize, k: usize| -> [usize; 3] {
-        let at = [k / (local * local), k / local % local, k % local];
-        std::array::from_fn(|a| body.parts[part].place[a] * degree + at[a])
+        let terms = |node: usize| follows[node].clone().unwrap_or_else(|| vec![(node, 1.0)]);
+        let terms: Vec<Vec<(u32, f64)>> = own
+            .into_iter()
+            .map(|node| terms(node).into_iter().map(|(n, w)| (unknown(n), w)).collect())
+            .collect();
+        let mut nodes: Vec<u32> = terms.iter().flatten().map(|(node, _)| *node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let place = |node: u32| nodes.partition_point(|other| *other < node);
+        let hanging = terms.iter().map(|own| own.iter().map(|(n, w)| (place(*n), *w)).collect()).collect();
+        Element { hanging: Some(hanging), nodes }
     };
-    let roots: Vec<([usize; 3], u32)> = (0..body.parts.len() * all)
-        .map(|node| (lattice(node / all, node % all), nodes.root(node) as u32))
-        .collect();
-    let mut distinct = roots.clone();
-    distinct.sort_unstable();
-    distinct.dedup();
-    let number = |key: &([usize; 3], u32)| distinct.partition_point(|other| other < key) as u32;
-    let elements = roots.chunks_exact(all).map(|own| own.iter().map(number).collect()).collect();
-    let along = |n: usize| (n / degree) as f64 + basis.lobatto()[n % degree];
-    let positions =
-        distinct.iter().map(|(at, _)| grid.origin + grid.edge * DVec3::from_array(at.map(along))).collect();
+    let elements = (0..count).map(element).collect();
+    let along = |n: usize| (n / basis.degree()) as f64 + basis.lobatto()[n % basis.degree()];
+    let position = |node: &usize| {
+        let (level, at, _) = distinct[*node];
+        let grid = &levels[level].grid;
+        grid.origin + grid.edge * DVec3::from_array(at.map(along))
+    };
+    let positions = free.iter().map(position).collect();
     (elements, positions)
+}
+
+/// The nodes of all parts, and which of them are one.
+struct Copies {
+    nodes: Sets,
+    /// Nodes of a cell.
+    all: usize,
+}
+
+impl Copies {
+    fn of(levels: &[Level], basis: &Basis, hanging: &[HangingFace]) -> Self {
+        let degree = basis.degree();
+        let local = degree + 1;
+        let all = local.pow(3);
+        let count: usize = levels.iter().map(|level| level.body.parts.len()).sum();
+        let mut nodes = Sets((0..(count * all) as u32).collect());
+        let mut bodies = Sets((0..count as u32).collect());
+        let mut share = |pair: [usize; 2], axis: usize, bodies: &mut Sets| {
+            bodies.join(pair[0], pair[1]);
+            let step = [local * local, local, 1][axis];
+            for k in on_face(local, axis, false) {
+                nodes.join(pair[0] * all + k + degree * step, pair[1] * all + k);
+            }
+        };
+        for level in levels {
+            level.body.ties.iter().for_each(|tie| {
+                bodies.join(level.first + tie.parts[0], level.first + tie.parts[1]);
+            });
+            for (cell, above, axis) in neighbours(&level.body) {
+                for pair in joined(&level.body, cell, above, axis) {
+                    share(pair.map(|part| level.first + part), axis, &mut bodies);
+                }
+            }
+        }
+        hanging.iter().for_each(|face| bodies.join(face.part, face.larger));
+        // What hangs together by less than rounding shares all nodes of the face.
+        for level in levels {
+            for (cell, above, axis) in neighbours(&level.body) {
+                for pair in
+                    cell.parts.iter().flatten().flat_map(|a| above.parts.iter().flatten().map(|b| [*a, *b]))
+                {
+                    let pair = pair.map(|part| level.first + part);
+                    if bodies.root(pair[0]) != bodies.root(pair[1]) {
+                        share(pair, axis, &mut bodies);
+                    }
+                }
+            }
+        }
+        Copies { nodes, all }
+    }
+
+    fn key(&mut self, levels: &[Level], basis: &Basis, part: usize, k: usize) -> Key {
+        let level = levels.partition_point(|level| level.first <= part) - 1;
+        let place = levels[level].body.parts[part - levels[level].first].place;
+        let local = basis.degree() + 1;
+        let at = [k / (local * local), k / local % local, k % local];
+        let lattice = std::array::from_fn(|a| place[a] * basis.degree() + at[a]);
+        (level, lattice, self.nodes.root(part * self.all + k) as u32)
+    }
+
+    /// All different nodes, ascending.
+    fn distinct(&mut self, levels: &[Level], basis: &Basis) -> Vec<Key> {
+        let all = self.all;
+        let mut keys: Vec<Key> =
+            (0..self.nodes.0.len()).map(|n| self.key(levels, basis, n / all, n % all)).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        keys
+    }
 }
 
 /// Whether the body goes on through the mirror plane across each axis at each of so many nodes: a part that
 /// does not meet the plane is not joined to its image.
 pub(super) fn on_mirrors(
-    grid: &CellGrid,
     basis: &Basis,
-    (body, elements): (&Parts, &[Vec<u32>]),
+    levels: &[Level],
+    elements: &[Element],
     count: usize,
 ) -> Vec<[bool; 3]> {
     let local = basis.degree() + 1;
     let mut on = vec![[false; 3]; count];
-    for cell in &body.cells {
-        for axis in (0..3).filter(|a| grid.mirrored()[*a] && cell.place[*a] == grid.images[*a]) {
-            let meets = |part: &&usize| cell.lower_section(&body.parts[**part], axis) > ROUNDING;
-            for part in cell.parts.iter().flatten().filter(meets) {
-                for node in on_lower_face(local, axis).map(|k| elements[*part][k]) {
-                    on[node as usize][axis] = true;
+    for level in levels {
+        let (grid, body) = (&level.grid, &level.body);
+        for cell in &body.cells {
+            for axis in (0..3).filter(|a| grid.mirrored()[*a] && cell.place[*a] == grid.images[*a]) {
+                let meets = |part: &&usize| cell.lower_section(&body.parts[**part], axis) > ROUNDING;
+                for part in cell.parts.iter().flatten().filter(meets) {
+                    let element = &elements[level.first + *part];
+                    for node in on_face(local, axis, false).filter_map(|k| element.node(k)) {
+                        on[node as usize][axis] = true;
+                    }
                 }
             }
         }
@@ -113,34 +198,31 @@ pub(super) fn on_mirrors(
     on
 }
 
-/// The nodes of a cell on its lower face across an axis.
-fn on_lower_face(local: usize, axis: usize) -> impl Iterator<Item = usize> {
+/// The nodes of a cell on its lower face across an axis, or on its upper one.
+fn on_face(local: usize, axis: usize, upper: bool) -> impl Iterator<Item = usize> {
     let step = [local * local, local, 1][axis];
-    (0..local.pow(3)).filter(move |k| (k / step).is_multiple_of(local))
+    let place = if upper { local - 1 } else { 0 };
+    (0..local.pow(3)).filter(move |k| k / step % local == place)
 }
 
-fn neighbour<'a>(body: &'a Parts, cell: &Cell, axis: usize) -> Option<&'a Cell> {
-    let mut place = cell.place;
-    place[axis] += 1;
-    body.cells.binary_search_by_key(&place, |cell| cell.place).ok().map(|k| &body.cells[k])
+/// All pairs of cells of one size that share a face, the lower one first, and the axis across it.
+fn neighbours(body: &Parts) -> impl Iterator<Item = (&Cell, &Cell, usize)> {
+    body.cells.iter().flat_map(move |cell| {
+        (0..3).filter_map(move |axis| {
+            let mut place = cell.place;
+            place[axis] += 1;
+            body.cell(place).map(|above| (cell, above, axis))
+        })
+    })
 }
 
 /// The pairs of parts that are joined across the upper face of a cell along an axis.
 fn joined(body: &Parts, cell: &Cell, above: &Cell, axis: usize) -> Vec<[usize; 2]> {
     let face = 2 * axis as u8;
-    let parts = |cell: &Cell| {
-        let mut parts: Vec<usize> = cell.parts.iter().flatten().copied().collect();
-        parts.sort_unstable();
-        parts.dedup();
-        parts
-    };
-    let (lower, upper) = (parts(cell), parts(above));
-    let area = |cell_: &Cell, part: usize, face: u8| match cell_.division {
-        Some(_) => face_area(&body.parts[part].sections, face),
-        None => cell.sections[axis],
-    };
-    let below: Vec<f64> = lower.iter().map(|part| area(cell, *part, face + 1)).collect();
-    let over: Vec<f64> = upper.iter().map(|part| area(above, *part, face)).collect();
+    let (lower, upper) = (cell.distinct_parts(), above.distinct_parts());
+    let section = |cell: &Cell, part: usize, face: u8| cell.section(&body.parts[part], face);
+    let below: Vec<f64> = lower.iter().map(|part| section(cell, *part, face + 1)).collect();
+    let over: Vec<f64> = upper.iter().map(|part| section(above, *part, face)).collect();
     // Overlap of each part below with each above.
     let overlap: Vec<Vec<f64>> = match (&cell.division, &above.division) {
         (_, None) => below.iter().map(|area| vec![*area]).collect(),

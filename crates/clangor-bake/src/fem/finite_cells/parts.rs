@@ -42,10 +42,26 @@ pub(super) struct Cell {
 impl Cell {
     /// Section of one of its parts with its lower face across an axis, in that of the face.
     pub(super) fn lower_section(&self, part: &Part, axis: usize) -> f64 {
+        self.section(part, 2 * axis as u8)
+    }
+
+    /// Section of one of its parts with a face (twice the axis, plus 1 for the upper one), in that of the
+    /// face.
+    pub(super) fn section(&self, part: &Part, face: u8) -> f64 {
+        let axis = usize::from(face / 2);
         match self.division {
-            Some(_) => face_area(&part.sections, 2 * axis as u8),
-            None => self.lower_sections[axis],
+            Some(_) => face_area(&part.sections, face),
+            None if face.is_multiple_of(2) => self.lower_sections[axis],
+            None => self.sections[axis],
         }
+    }
+
+    /// Its parts, each once.
+    pub(super) fn distinct_parts(&self) -> Vec<usize> {
+        let mut parts: Vec<usize> = self.parts.iter().flatten().copied().collect();
+        parts.sort_unstable();
+        parts.dedup();
+        parts
     }
 }
 
@@ -88,7 +104,13 @@ struct DividedCell {
 }
 
 impl Parts {
-    /// The parts of a body with walls of a thickness \[m\], in the cells that the grid keeps.
+    /// The cell at a place.
+    pub(super) fn cell(&self, place: [usize; 3]) -> Option<&Cell> {
+        self.cells.binary_search_by_key(&place, |cell| cell.place).ok().map(|k| &self.cells[k])
+    }
+
+    /// The parts of a body with walls of a thickness \[m\], in the cells that the grid keeps and that are
+    /// `wanted`.
     ///
     /// # Errors
     /// [`WrongCell`].
@@ -97,11 +119,12 @@ impl Parts {
         grid: &CellGrid,
         basis: &Basis,
         wall: f64,
+        wanted: impl Fn([usize; 3]) -> bool,
     ) -> Result<Self, WrongCell> {
         let moments = cell_moments(surface, grid, basis);
         let sections = sections(&moments);
         let mut own: Vec<(CellMoments, Sections)> = Vec::new();
-        let kept = |(cell, _): &(CellMoments, Sections)| grid.keeps(cell.place);
+        let kept = |(cell, _): &(CellMoments, Sections)| grid.keeps(cell.place) && wanted(cell.place);
         for (cell, sections) in moments.into_iter().zip(sections).filter(kept) {
             let part = cell.filled();
             if !(-FILLED..=1.0 + FILLED).contains(&part) {

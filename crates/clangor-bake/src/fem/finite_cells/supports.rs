@@ -83,7 +83,7 @@ impl FiniteCells {
         let (least, most) = surface.bounds();
         let (low, high) = (least.max(middle - half), most.min(middle + half));
         let narrowest = (high - low).min_element().max(0.1 * (high - low).max_element());
-        let longest = (PER_CELL * self.grid.edge).min(PER_REGION * narrowest).max(1e-6 * self.grid.edge);
+        let longest = (PER_CELL * self.grid().edge).min(PER_REGION * narrowest).max(1e-6 * self.grid().edge);
         let mut inside = points_within((surface, wall), support, [low, high], longest);
         let mut off = f64::INFINITY;
         for t in 0..surface.triangles.len() {
@@ -117,9 +117,7 @@ impl FiniteCells {
 
     /// Whether a cell of the body holds a point.
     fn holds(&self, point: DVec3) -> bool {
-        let scaled = (point - self.grid.origin) / self.grid.edge;
-        let held = |place| self.body.cells.binary_search_by_key(&place, |cell| cell.place).is_ok();
-        self.grid.place(scaled).is_some_and(held)
+        self.cell_of(point).is_some()
     }
 }
 

@@ -1,0 +1,118 @@
+//! Nodes on the faces between cells of different size: they follow the displacement of the larger cell.
+//!
+//! ```text
+//! u(x_n) = Σ_k N_k(x_n) U_k,    x_n: a node of the smaller cell, k: the nodes of the common face of the larger
+//! ```
+//!
+//! so that displacements are continuous. A part of the smaller cell follows that part of the larger one whose
+//! section overlaps most with its own.
+
+use glam::DVec3;
+
+use super::chain::{Cap, Chain, Origin, plane_across};
+use super::levels::Level;
+use super::parts::{Cell, face_area};
+
+/// Rounding of a section, in the area of a face.
+const ROUNDING: f64 = 1e-12;
+
+/// A face of a smaller cell on that of a larger one.
+pub(super) struct HangingFace {
+    /// The part of the smaller cell, of all parts.
+    pub(super) part: usize,
+    /// The part of the larger cell, of all parts.
+    pub(super) larger: usize,
+    /// Twice the axis, plus 1 for the upper face of the smaller cell.
+    pub(super) face: u8,
+    /// Place of what lies beyond the face in the larger cell, in halves of it.
+    half: [usize; 3],
+}
+
+impl HangingFace {
+    /// A point of the smaller cell on this face, in that of the larger cell.
+    pub(super) fn in_larger(&self, mut at: DVec3) -> DVec3 {
+        let axis = usize::from(self.face / 2);
+        at[axis] = if self.face.is_multiple_of(2) { 1.0 } else { 0.0 };
+        0.5 * (at + DVec3::from_array(self.half.map(|n| n as f64)))
+    }
+}
+
+/// All such faces, those of larger cells first.
+pub(super) fn hanging_faces(levels: &[Level]) -> Vec<HangingFace> {
+    let mut all = Vec::new();
+    for (larger, level) in levels.iter().zip(&levels[1..]) {
+        for cell in &level.body.cells {
+            for face in 0..6_u8 {
+                let (axis, step) = (usize::from(face / 2), usize::from(face % 2));
+                let mut beyond = cell.place;
+                let Some(there) = (beyond[axis] + 2 * step).checked_sub(1) else { continue };
+                beyond[axis] = there;
+                let Some(other) = larger.body.cell(beyond.map(|n| n / 2)) else { continue };
+                let half = beyond.map(|n| n % 2);
+                for part in cell.distinct_parts() {
+                    let mut own = HangingFace { part: level.first + part, larger: 0, face, half };
+                    if let Some(found) = overlapping((level, cell, part), (larger, other), &own) {
+                        own.larger = larger.first + found;
+                        all.push(own);
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The part of a larger cell whose section overlaps most with that of a part of a smaller one.
+fn overlapping(
+    (level, cell, part): (&Level, &Cell, usize),
+    (larger, other): (&Level, &Cell),
+    at: &HangingFace,
+) -> Option<usize> {
+    if cell.section(&level.body.parts[part], at.face) <= ROUNDING {
+        return None;
+    }
+    let Some(division) = &other.division else { return other.parts.iter().flatten().next().copied() };
+    let parts = other.distinct_parts();
+    // The face as the larger cell numbers it.
+    let beyond = at.face ^ 1;
+    let areas: Vec<f64> = match cell.division {
+        Some(_) => {
+            let section = placed(&level.body.parts[part].sections, at);
+            let (walls, _) = division.parts(&section);
+            let mut areas = vec![0.0; parts.len()];
+            for (wall, chain) in walls.iter().enumerate() {
+                if let Some(found) = other.parts[wall].and_then(|part| parts.binary_search(&part).ok()) {
+                    areas[found] += face_area(&chain.caps, at.face);
+                }
+            }
+            areas
+        }
+        None => {
+            let quarter = |part: &usize| within(&larger.body.parts[*part].sections, at, beyond);
+            parts.iter().map(quarter).collect()
+        }
+    };
+    let largest = (0..parts.len()).max_by(|a, b| areas[*a].total_cmp(&areas[*b]))?;
+    Some(parts[largest])
+}
+
+/// The section of a part of the smaller cell, in the larger one.
+fn placed(sections: &[Cap], at: &HangingFace) -> Chain {
+    let own = sections.iter().filter(|cap| cap.origin == Origin::Face(at.face));
+    let moved = |cap: &Cap| {
+        let border = cap.border.iter().map(|side| side.map(|x| at.in_larger(x))).collect();
+        Cap { origin: cap.origin, border }
+    };
+    Chain { triangles: Vec::new(), caps: own.map(moved).collect() }
+}
+
+/// Area of the section of a part of the larger cell in the quarter of its face that the smaller one has.
+fn within(sections: &[Cap], at: &HangingFace, face: u8) -> f64 {
+    let caps = sections.iter().filter(|cap| cap.origin == Origin::Face(face)).cloned().collect();
+    let mut section = Chain { triangles: Vec::new(), caps };
+    for axis in (0..3).filter(|axis| *axis != usize::from(face / 2)) {
+        let above = at.half[axis] == 1;
+        section = section.cut(&plane_across(axis, 0.5), above, Origin::Inner);
+    }
+    face_area(&section.caps, face)
+}

@@ -1,0 +1,75 @@
+//! Which cells of a grid become smaller so that all modes meet an accuracy.
+//!
+//! ```text
+//! e_m → e_m q_m,    q_m = 1 − (1 − 1/g) Σ_{c halved} η_cm / Σ_c η_cm
+//! ```
+//!
+//! with the error e_m of mode m, its remainder η_cm in cell c (see
+//! [`finite_cells`](crate::fem::finite_cells)), and the gain g of halving a cell. Cells are halved one after
+//! another, that first which lowers the sum of the errors beyond the accuracy most.
+
+use crate::fem::finite_cells::{LevelPlace, Remainder};
+
+/// Part of the remainders that is worth halving where one step does not reach the accuracy.
+const MOST_OF_ALL: f64 = 0.9;
+
+/// Cells to halve, and q of each mode.
+pub(super) struct Halved {
+    pub(super) cells: Vec<LevelPlace>,
+    pub(super) shares: Vec<f64>,
+}
+
+/// The cells to halve, `most` at most, for errors in units of the accuracy; `gain` is that of halving.
+pub(super) fn cells_to_halve(remainders: &[Remainder], errors: &[f64], gain: f64, most: usize) -> Halved {
+    let total = |mode: usize| remainders.iter().map(|own| own.energies[mode]).sum::<f64>();
+    let totals: Vec<f64> = (0..errors.len()).map(total).collect();
+    let part = |cell: usize, mode: usize| {
+        if totals[mode] > 0.0 { (remainders[cell].energies[mode] / totals[mode]).max(0.0) } else { 0.0 }
+    };
+    // Halved part of the remainder of each mode, and that which the accuracy needs.
+    let mut halved = vec![0.0; errors.len()];
+    let needed: Vec<f64> = errors
+        .iter()
+        .map(|error| ((1.0 - 1.0 / error.max(1.0)) / (1.0 - 1.0 / gain)).min(MOST_OF_ALL))
+        .collect();
+    let mut left: Vec<usize> = (0..remainders.len()).collect();
+    let mut cells = Vec::new();
+    while cells.len() < most {
+        let open: Vec<usize> = (0..errors.len()).filter(|mode| halved[*mode] < needed[*mode]).collect();
+        let worth = |cell: usize| open.iter().map(|mode| errors[*mode] * part(cell, *mode)).sum::<f64>();
+        let worths = left.iter().map(|cell| worth(*cell)).enumerate();
+        let Some((place, best)) = worths.reduce(|a, b| if b.1 > a.1 { b } else { a }) else { break };
+        if best <= 0.0 {
+            break;
+        }
+        let cell = left.swap_remove(place);
+        halved.iter_mut().enumerate().for_each(|(mode, sum)| *sum += part(cell, mode));
+        cells.push(remainders[cell].cell);
+    }
+    let shares = halved.iter().map(|halved| 1.0 - (1.0 - 1.0 / gain) * halved.min(1.0)).collect();
+    Halved { cells, shares }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cells_that_matter_are_halved() {
+        // Mode 0 is resolved least in cell 2, mode 1 in cell 0; mode 2 is accurate.
+        let energies = [[1.0, 8.0, 9.0], [1.0, 1.0, 9.0], [6.0, 0.5, 9.0], [2.0, 0.5, 9.0]];
+        let remainders: Vec<Remainder> = energies
+            .iter()
+            .enumerate()
+            .map(|(k, own)| Remainder { cell: (0, [k, 0, 0]), energies: own.to_vec() })
+            .collect();
+        let halved = cells_to_halve(&remainders, &[1.5, 2.0, 0.9], 4.0, 10);
+        assert_eq!(halved.cells, [(0, [0, 0, 0]), (0, [2, 0, 0])]);
+        let expected = [0.7, 0.85, 0.5].map(|part| 1.0 - 0.75 * part);
+        for (found, expected) in halved.shares.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{:?}", halved.shares);
+        }
+        assert_eq!(cells_to_halve(&remainders, &[1.5, 2.0, 0.9], 4.0, 1).cells.len(), 1);
+        assert!(cells_to_halve(&remainders, &[0.5; 3], 4.0, 10).cells.is_empty());
+    }
+}

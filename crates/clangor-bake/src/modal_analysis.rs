@@ -14,7 +14,6 @@
 pub(crate) mod axisymmetric;
 pub mod eigensolver;
 mod immersed_body;
-mod local_refinement;
 mod mirror_parities;
 mod mirrored_box;
 pub mod modal_density;

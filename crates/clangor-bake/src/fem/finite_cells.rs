@@ -29,6 +29,7 @@
 //! mechanics", CMAME 197. `Differs`: the integrals are exact, where these divide cells by octrees.
 
 mod basis;
+mod blocks;
 mod chain;
 mod division;
 mod faces;
@@ -45,31 +46,20 @@ mod remainder;
 mod supports;
 
 use clangor_core::geometry::tri_mesh::TriMesh;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
-use super::across_walls::Columns;
-use super::rigid_motions::rigid_motions;
-use super::{ElasticConstants, ElasticSystem, Elements};
 use basis::Basis;
 pub(crate) use grid::{CellGrid, Planes, edge_for};
 use joints::{numbered, on_mirrors};
 use levels::{Element, Level, levels};
-use matrices::CellMatrices;
 use parts::Cell;
 pub(crate) use refinement::{LevelPlace, Refinement};
 pub(crate) use remainder::Remainder;
 
-/// α: stiffness of the part of a cut cell outside the body, relative to that of the body.
-///
-/// Larger values stiffen thin walls (1e-6: 1 % at a wall of a twentieth of a cell), smaller ones lose digits.
-const OUTSIDE: f64 = 1e-10;
 /// Filled part of a cell below which the cell is dropped.
 const DROPPED: f64 = 1e-10;
 /// Rounding of the filled part of a cell.
 const FILLED: f64 = 1e-6;
-
-/// β in E/t.
-const TIE: f64 = 100.0;
 
 /// Nodes of a cell that it does not share, at order 4.
 const NODES_PER_CELL: f64 = 64.0;
@@ -124,16 +114,6 @@ pub(crate) struct FiniteCells {
     elements: Vec<Element>,
     /// Node positions \[m\].
     nodes: Vec<DVec3>,
-}
-
-/// Blocks of one element.
-enum Blocks<'a> {
-    /// Of a part, and of its whole cell, whose stiffness counts a little.
-    Part { own: Box<CellMatrices>, whole: &'a CellMatrices, outside: f64 },
-    /// Of a part with hanging nodes, by pairs of the nodes it depends on.
-    Hanging(Vec<(DMat3, f64)>, usize),
-    /// Stiffness of a tie along each axis, by pairs of its nodes.
-    Tie(Vec<f64>, usize),
 }
 
 /// Cells and nodes of a body before they are made, from its area \[m²\], volume \[m³\] and the edge of the
@@ -205,99 +185,6 @@ impl FiniteCells {
         self.nodes.len()
     }
 
-    /// Stiffness and mass.
-    pub(crate) fn system(&self, constants: &ElasticConstants) -> ElasticSystem {
-        let elements = Elements {
-            nodes: self.nodes.clone(),
-            elements: &self.elements,
-            rigid: rigid_motions(&self.nodes).into(),
-            columns: Columns::default(),
-        };
-        let parts = self.part_count();
-        let whole = |level: &Level| {
-            let edge = level.grid.edge;
-            CellMatrices::new(&self.basis, edge, &self.whole_weights(edge))
-        };
-        let whole: Vec<CellMatrices> = self.levels.iter().map(whole).collect();
-        ElasticSystem::assemble(elements, |e| {
-            let own =
-                if e < parts { self.part(e, &whole, constants) } else { self.tie(e - parts, constants) };
-            move |i: usize, j: usize| own.at(i, j, constants)
-        })
-    }
-
-    /// The matrices of a part.
-    fn part<'a>(&self, e: usize, whole: &'a [CellMatrices], constants: &ElasticConstants) -> Blocks<'a> {
-        let level = self.levels.partition_point(|level| level.first <= e) - 1;
-        let Level { grid, body, first, .. } = &self.levels[level];
-        let part = &body.parts[e - first];
-        let outside = if part.filled < 1.0 - FILLED { OUTSIDE } else { 0.0 };
-        let own = CellMatrices::new(&self.basis, grid.edge, &part.weights);
-        let plain = Blocks::Part { own: Box::new(own), whole: &whole[level], outside };
-        let element = &self.elements[e];
-        let Some(hanging) = &element.hanging else { return plain };
-        // K' = Tᵀ K T, first Tᵀ K.
-        let (local, count) = (hanging.len(), element.nodes.len());
-        let mut half = vec![(DMat3::ZERO, 0.0); count * local];
-        for (i, terms) in hanging.iter().enumerate() {
-            for j in 0..local {
-                let (block, mass) = plain.at(i, j, constants);
-                for (row, weight) in terms {
-                    let sum = &mut half[row * local + j];
-                    *sum = (sum.0 + block * *weight, sum.1 + mass * weight);
-                }
-            }
-        }
-        let mut all = vec![(DMat3::ZERO, 0.0); count * count];
-        for (j, terms) in hanging.iter().enumerate() {
-            for row in 0..count {
-                let (block, mass) = half[row * local + j];
-                for (column, weight) in terms {
-                    let sum = &mut all[row * count + column];
-                    *sum = (sum.0 + block * *weight, sum.1 + mass * weight);
-                }
-            }
-        }
-        Blocks::Hanging(all, count)
-    }
-
-    /// The stiffness of a tie on the nodes of both parts. Where they share a node, nothing is left to tie.
-    fn tie(&self, k: usize, constants: &ElasticConstants) -> Blocks<'_> {
-        let level = &self.levels[self.levels.partition_point(|level| level.first_tie <= k) - 1];
-        let tie = &level.body.ties[k - level.first_tie];
-        let section = CellMatrices::new(&self.basis, level.grid.edge, &tie.weights);
-        let nodes = &self.elements[self.part_count() + k].nodes;
-        let count = nodes.len();
-        let mut values = vec![0.0; count * count];
-        // Terms of both parts by their place in the cell, with the sign of their displacement.
-        let mut both: Vec<(usize, usize, f64)> = Vec::new();
-        for (part, sign) in tie.parts.iter().zip([1.0, -1.0]) {
-            let element = &self.elements[level.first + part];
-            for i in 0..(self.basis.degree() + 1).pow(3) {
-                let place = |of: usize| nodes.partition_point(|other| *other < element.nodes[of]);
-                both.extend(element.terms(i).map(|(of, weight)| (i, place(of), sign * weight)));
-            }
-        }
-        let stiffness = TIE * constants.youngs_modulus() / self.wall;
-        for (i, row, first) in &both {
-            for (j, column, second) in &both {
-                values[row * count + column] += first * second * stiffness * section.mass(*i, *j);
-            }
-        }
-        Blocks::Tie(values, count)
-    }
-
-    /// Weights of a cell that is wholly inside.
-    fn whole_weights(&self, edge: f64) -> Vec<f64> {
-        let axis = self.basis.points();
-        let volume = edge.powi(3);
-        let along = |k: usize| axis[k].1;
-        let count = axis.len();
-        (0..count.pow(3))
-            .map(|k| volume * along(k / (count * count)) * along(k / count % count) * along(k % count))
-            .collect()
-    }
-
     /// Nodes and their weights at a point of the body; beside it, in the nearest cell.
     pub(crate) fn interpolation(&self, at: DVec3) -> (&[u32], Vec<f64>) {
         let Some((level, cell)) = self.cell_of(at).or_else(|| self.nearest_cell(at)) else {
@@ -329,20 +216,6 @@ impl FiniteCells {
     }
 }
 
-impl Blocks<'_> {
-    /// Block of the stiffness and factor of the mass.
-    fn at(&self, i: usize, j: usize, constants: &ElasticConstants) -> (DMat3, f64) {
-        match self {
-            Blocks::Part { own, whole, outside } => {
-                let block = own.stiffness(i, j, constants) + whole.stiffness(i, j, constants) * *outside;
-                (block, constants.density * own.mass(i, j))
-            }
-            Blocks::Hanging(blocks, count) => blocks[i * count + j],
-            Blocks::Tie(values, count) => (DMat3::from_diagonal(DVec3::splat(values[i * count + j])), 0.0),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use clangor_core::geometry::mass_properties::MassProperties;
@@ -350,6 +223,7 @@ mod tests {
     use clangor_core::shape::Shape;
 
     use super::*;
+    use crate::fem::ElasticConstants;
 
     fn cells(mesh: &TriMesh, edge: f64, order: Order, wall: f64) -> FiniteCells {
         let grid = CellGrid::around(mesh, edge, &Planes::default());
@@ -464,6 +338,53 @@ mod tests {
         // They hang together at the root alone, 0.5 m long.
         let root: f64 = cells.levels[0].body.ties.iter().flat_map(|tie| &tie.weights).sum();
         assert!(root > 0.0 && root < 0.5 + 1e-6, "{root}");
+    }
+
+    /// Where cells of three sizes meet: the body loses nothing, rigid motions are free of energy, and a
+    /// polynomial of the order of the cells is the same on both sides of their faces.
+    #[test]
+    fn cells_of_different_size_hang_together() {
+        let mesh = angle();
+        let grid = CellGrid::around(&mesh, 0.7, &Planes::default());
+        let mut refinement = Refinement::default();
+        let divided = |place: [usize; 3], refinement: &mut Refinement| {
+            refinement.divide((0, place));
+            refinement.divide((1, place.map(|n| 2 * n)));
+        };
+        divided([0; 3], &mut refinement);
+        divided([1, 0, 0], &mut refinement);
+        let whole =
+            FiniteCells::new(&mesh, (grid, &Refinement::default()), Order::Third, 0.1).expect("cells");
+        let cells = FiniteCells::new(&mesh, (grid, &refinement), Order::Third, 0.1).expect("cells");
+        assert_eq!(cells.levels.len(), 3);
+        assert!(cells.levels.iter().all(|level| !level.body.cells.is_empty()));
+        assert!(cells.elements.iter().any(|element| element.hanging.is_some()));
+        let volume = |level: &Level| {
+            level.body.parts.iter().map(|part| part.filled * level.grid.edge.powi(3)).sum::<f64>()
+        };
+        let volume: f64 = cells.levels.iter().map(volume).sum();
+        assert!((volume / 0.39 - 1.0).abs() < 1e-12, "{volume}");
+        let constants = ElasticConstants::of(&GLASS.material()).expect("glass");
+        let energy = |cells: &FiniteCells, motion: &dyn Fn(DVec3) -> DVec3| {
+            let u: Vec<f64> = cells.nodes.iter().flat_map(|x| motion(*x).to_array()).collect();
+            let mut stiff = vec![0.0; u.len()];
+            cells.system(&constants).multiply_stiffness(&u, 1, &mut stiff);
+            u.iter().zip(&stiff).map(|(a, b)| a * b).sum::<f64>()
+        };
+        let bent = |x: DVec3| DVec3::new(x.x * x.x * x.y, x.z.powi(3), x.x * x.y * x.z);
+        let [one, many] = [&whole, &cells].map(|cells| energy(cells, &bent));
+        let turned = energy(&cells, &|x| DVec3::new(0.3, 0.5, 0.7).cross(x));
+        println!("{:.1e} {:.1e}", one / many - 1.0, turned / many);
+        // Seen: XX
+        assert!((one / many - 1.0).abs() < 1e-8 && turned.abs() < 1e-9 * many, "{one} {many} {turned:e}");
+        for k in 0..300_u32 {
+            let [x, z] = [0.00667 * f64::from(k), (0.37 * f64::from(k)).fract()];
+            let point = DVec3::new(x, 0.05, z);
+            let (nodes, weights) = cells.interpolation(point);
+            let found: DVec3 =
+                nodes.iter().zip(&weights).map(|(n, w)| bent(cells.nodes[*n as usize]) * *w).sum();
+            assert!(found.distance(bent(point)) < 1e-12, "{point} {found}");
+        }
     }
 
     #[test]

@@ -33,6 +33,8 @@ const CREASED: f64 = 2.0;
 pub(crate) struct Walls {
     /// Thickness that half of the area exceeds \[m\].
     pub(crate) thickness: f64,
+    /// Whether the body is thin.
+    pub(crate) thin: bool,
     /// Whether they meet at sharp inner edges.
     pub(crate) creased: bool,
 }
@@ -42,9 +44,9 @@ impl Walls {
         let tree = SurfaceTree::new(mesh);
         let thickness = wall_quantile(mesh, &tree, 0.5);
         let (low, high) = mesh.bounds();
-        let is_thin = thickness < THIN * (high - low).max_element();
-        let wall = if is_thin { WALL } else { COMPACT_WALL } * thickness;
-        Walls { thickness, creased: inner_creases(mesh, &tree, wall) >= CREASED * wall / WALL }
+        let thin = thickness < THIN * (high - low).max_element();
+        let wall = if thin { WALL } else { COMPACT_WALL } * thickness;
+        Walls { thickness, thin, creased: inner_creases(mesh, &tree, wall) >= CREASED * wall / WALL }
     }
 }
 

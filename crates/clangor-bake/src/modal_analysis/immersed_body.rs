@@ -3,11 +3,15 @@
 //!
 //! Cells of order 4 are about half a bending wave long. The error of a frequency is estimated from order 3 on
 //! the same grid: the spaces are nested, so that both are too high, the lower order by more. Where walls meet
-//! at inner edges, less is gained by order 4, and the same difference means a larger error.
+//! at inner edges, less is gained by order 4, and the same difference means a larger error. There, cells are
+//! halved again and again where modes are resolved least ([`local_refinement`]); elsewhere all become smaller.
 //!
 //! Where a body has mirror planes, the cells are on one side of them (see
 //! [`mirror_parities`](super::mirror_parities)). The other side then is the image of this one, noise of the
 //! surface included.
+
+mod local_refinement;
+mod mirrors;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -19,7 +23,8 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::{DMat3, DVec3};
 
-use super::local_refinement::cells_to_halve;
+use mirrors::Mirrors;
+
 use super::mirror_parities::{MirrorParities, PartMode, PartNodes};
 use super::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::finite_cells::{
@@ -28,9 +33,7 @@ use crate::fem::finite_cells::{
 use crate::fem::supports::{Holding, Support, SupportError, SupportKind, SupportRegion};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::inner_creases::Walls;
-use crate::geometry_class::mirror_symmetry::mirror_planes_of_walls;
 use crate::mesh::decimate::decimate;
-use crate::mesh::remesh::frame_of;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 
 /// Edge of the cells in shortest waves for an error of [`WAVE_ERROR`], of eighth order in the edge.
@@ -49,6 +52,9 @@ const CONVERGENCE: f64 = 4.0;
 /// dies away over √(Rt) from the edge, which is less than a cell. Seen: gains of 3.1 (first mode of an open
 /// box of 4 mm), 1.9 to 2.4 (tin of 80 × 60 × 0.8 mm); orders of 1.0 (bottle of 2 mm) to 1.4 (tin).
 const CREASED_GAIN: f64 = 2.2;
+/// The same of compact bodies, whose stress is singular there. Seen: gains of 1.55 (ball of 6 cm with a slot of
+/// 1 cm) and 1.8 (bracket).
+const COMPACT_GAIN: f64 = 1.6;
 /// The same from order 2 to order 3.
 const DRAFT_GAIN: f64 = 3.0;
 const CREASED_CONVERGENCE: f64 = 1.25;
@@ -58,12 +64,6 @@ const MOST_EXPECTED: f64 = 1.5;
 /// cell has many more neighbours than one of a tetrahedron. Seen: 3.7 GB and 55 s of CPU time for the 92
 /// modes of a tin on 57 000 nodes.
 const FINER_SHARE: f64 = 0.75;
-/// Modes, those with the largest errors, for which cells are halved.
-const MOST_MODES: usize = 24;
-/// Error for which cells are halved, in the accuracy asked for.
-const AIM: f64 = 0.7;
-/// Nodes for each halved cell of a thin wall.
-const MORE_NODES: f64 = 150.0;
 /// Least ratio of edges that is worth another grid.
 const LEAST_RATIO: f64 = 1.1;
 /// Longest edge of the surface that carries the shapes, in cells.
@@ -76,15 +76,6 @@ const END: f64 = 1e-3;
 
 /// Cells of a draft.
 const DRAFT_CELLS: f64 = 90.0;
-
-/// Largest mean distance between a surface and its image, in walls and in the accuracy of frequencies: the
-/// thickness of a wall changes by as much, and its frequencies of bending with it.
-const ASYMMETRY: f64 = 0.5;
-/// Largest accuracy for which planes are found: no grid mends an image that is none.
-const MOST_ASYMMETRIC: f64 = 0.05;
-
-/// Largest distance of the same, in walls: a face of a slit reaches deeper.
-const DEEPEST: f64 = 0.2;
 
 /// How much work the grids of a body may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,18 +101,6 @@ pub(super) struct ImmersedBody<'a> {
     /// What holds the body; empty if it is free.
     supports: &'a [Support],
     mirrors: Option<Mirrors>,
-}
-
-/// The mirror planes of a body, and the body in their axes.
-struct Mirrors {
-    /// Where they meet \[m\].
-    centre: DVec3,
-    /// Rotation from the axes of the planes to those of the body.
-    frame: DMat3,
-    /// Whether the plane across each of these axes is one.
-    planes: [bool; 3],
-    /// The surface, from where the planes meet, in their axes.
-    surface: TriMesh,
 }
 
 /// A grid with displacements of one order.
@@ -159,21 +138,6 @@ impl<'a> ImmersedBody<'a> {
         ImmersedBody { supports, mirrors: None, ..self }
     }
 
-    /// The same free body on one side of its mirror planes, found within an accuracy of frequencies.
-    pub(super) fn by_mirrors(self, accuracy: f64) -> Self {
-        let within = ASYMMETRY * accuracy.min(MOST_ASYMMETRIC) * self.walls.thickness;
-        let planes = mirror_planes_of_walls(&self.surface, within, DEEPEST * self.walls.thickness);
-        let normals: Vec<DVec3> = planes.into_iter().map(|plane| plane.normal).collect();
-        let Some(mass) = MassProperties::of(&self.surface).ok().filter(|_| !normals.is_empty()) else {
-            return self;
-        };
-        let (centre, (frame, planes)) = (mass.centre_of_mass, frame_of(&normals));
-        let vertices = self.surface.vertices.iter().map(|v| frame.transpose() * (*v - centre)).collect();
-        let surface = TriMesh { vertices, triangles: self.surface.triangles.clone() };
-        let planes = [planes.x, planes.y, planes.z];
-        ImmersedBody { mirrors: Some(Mirrors { centre, frame, planes, surface }), ..self }
-    }
-
     /// The surface in the axes of the grid.
     fn framed(&self) -> &TriMesh {
         self.mirrors.as_ref().map_or(&self.surface, |mirrors| &mirrors.surface)
@@ -195,8 +159,9 @@ impl<'a> ImmersedBody<'a> {
     fn order_gain(&self) -> f64 {
         match (self.walls.creased, self.effort) {
             (false, _) => ORDER_GAIN,
-            (true, CellEffort::Accurate) => CREASED_GAIN,
             (true, CellEffort::Draft) => DRAFT_GAIN,
+            (true, CellEffort::Accurate) if self.walls.thin => CREASED_GAIN,
+            (true, CellEffort::Accurate) => COMPACT_GAIN,
         }
     }
 
@@ -232,36 +197,6 @@ impl<'a> ImmersedBody<'a> {
         let refinement = Refinement::default();
         let cells = FiniteCells::new(self.framed(), (grid, &refinement), order, self.walls.thickness)?;
         Ok(Immersed { cells, edge: grid.edge, order, refinement, shares: Vec::new() })
-    }
-
-    /// A grid with smaller cells where modes are resolved least; `None` where it would have more nodes than
-    /// `most`.
-    fn finer_where_needed(
-        &self,
-        than: &Immersed,
-        wanted: &Finer<'_, Vec<PartMode>>,
-        most: f64,
-    ) -> Result<Option<Immersed>, ModalAnalysisError> {
-        let mut worst: Vec<usize> = (0..wanted.errors.len().min(wanted.modes.len())).collect();
-        worst.sort_by(|a, b| wanted.errors[*b].total_cmp(&wanted.errors[*a]));
-        worst.truncate(MOST_MODES);
-        let shapes: Vec<&[DVec3]> = worst.iter().map(|mode| &wanted.modes[*mode].mode.shape[..]).collect();
-        let remainders = than.cells.remainders(&shapes, self.constants);
-        let target = AIM * wanted.accuracy;
-        let errors: Vec<f64> = worst.iter().map(|mode| wanted.errors[*mode] / target).collect();
-        let more = (most - than.cells.node_count() as f64).max(0.0) / MORE_NODES;
-        let gain = 2.0_f64.powf(self.convergence());
-        let halved = cells_to_halve(&remainders, &errors, gain, more as usize);
-        if halved.cells.is_empty() {
-            return Ok(None);
-        }
-        let mut refinement = than.refinement.clone();
-        halved.cells.iter().for_each(|cell| refinement.divide(*cell));
-        let grid = (than.cells.grid(), &refinement);
-        let cells = FiniteCells::new(self.framed(), grid, than.order, self.walls.thickness)?;
-        let mut shares = vec![1.0; wanted.errors.len()];
-        worst.iter().zip(halved.shares).for_each(|(mode, share)| shares[*mode] = share);
-        Ok(Some(Immersed { cells, refinement, shares, ..*than }))
     }
 
     /// Where clamps in boxes end within the body, by more than rounding in cells of an edge \[m\].
@@ -442,128 +377,4 @@ fn six_nodes(surface: &TriMesh) -> (Vec<DVec3>, Vec<[u32; 6]>) {
         .map(|[a, b, c]| [*a, *b, *c, middle(*a, *b), middle(*b, *c), middle(*c, *a)]);
     let triangles = triangles.collect();
     (nodes, triangles)
-}
-
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::TAU;
-
-    use clangor_core::material::presets::GLASS;
-    use glam::DQuat;
-
-    use super::*;
-    use crate::geometry_class::mirror_symmetry::{mirror_planes, mirror_planes_in_mean};
-
-    fn turn() -> DQuat {
-        DQuat::from_scaled_axis(DVec3::new(0.6, 0.9, 0.4))
-    }
-
-    /// A plate of fields without some of them, 8 mm thick, turned and off the origin: `place` of a corner
-    /// along and across \[mm\]. All vertices are corners of fields.
-    fn plate(
-        [columns, rows]: [usize; 2],
-        missing: &[[usize; 2]],
-        place: impl Fn(usize, usize) -> [f64; 2],
-    ) -> TriMesh {
-        let corner = |k: usize| {
-            let [x, y] = place(k / 2 / rows, k / 2 % rows);
-            let z = if k.is_multiple_of(2) { -4.0 } else { 4.0 };
-            turn() * (1e-3 * DVec3::new(x, y, z)) + DVec3::new(0.01, 0.0, -0.02)
-        };
-        let there = |i: usize, j: usize| i < columns - 1 && j < rows - 1 && !missing.contains(&[i, j]);
-        let mut triangles = Vec::new();
-        let mut quad = |corners: [[usize; 3]; 4]| {
-            let [a, b, c, d] = corners.map(|[i, j, level]| (2 * (i * rows + j) + level) as u32);
-            triangles.extend([[a, b, c], [a, c, d]]);
-        };
-        for (i, j) in (0..columns - 1).flat_map(|i| (0..rows - 1).map(move |j| (i, j))) {
-            if !there(i, j) {
-                continue;
-            }
-            let ring = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]];
-            quad(ring.map(|[i, j]| [i, j, 1]));
-            quad([0, 3, 2, 1].map(|k: usize| [ring[k][0], ring[k][1], 0]));
-            let beside = [(i, j.wrapping_sub(1)), (i + 1, j), (i, j + 1), (i.wrapping_sub(1), j)];
-            for (k, _) in beside.into_iter().enumerate().filter(|(_, (i, j))| !there(*i, *j)) {
-                let ([ax, ay], [bx, by]) = (ring[k], ring[(k + 1) % 4]);
-                quad([[ax, ay, 0], [bx, by, 0], [bx, by, 1], [ax, ay, 1]]);
-            }
-        }
-        // Corners of missing fields only belong to no triangle.
-        let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
-        used.sort_unstable();
-        used.dedup();
-        let vertices = used.iter().map(|k| corner(*k as usize)).collect();
-        triangles.iter_mut().flatten().for_each(|k| *k = used.partition_point(|other| other < k) as u32);
-        TriMesh { vertices, triangles }
-    }
-
-    /// On the same grid, all of it against one part with all parities: frequencies, and shapes in the axes of
-    /// the body with the mass of the whole.
-    fn against_whole(surface: &TriMesh, (planes, limit): (usize, f64)) {
-        let constants = ElasticConstants::of(&GLASS.material()).expect("glass");
-        let body = ImmersedBody::new(Cow::Borrowed(surface), &constants, 80_000, CellEffort::Accurate);
-        let body = body.expect("a solid").by_mirrors(0.01);
-        let part = body.with(0.011, Order::Third).expect("cells");
-        let MirrorParities(mirrored) = part.mirrors();
-        assert_eq!(mirrored.iter().filter(|plane| **plane).count(), planes, "{mirrored:?}");
-        let whole = CellGrid { images: [0; 3], ..part.cells.grid() };
-        let whole = body.on(whole, Order::Third).expect("cells");
-        assert!(10 * part.cells.node_count() < 6 * whole.cells.node_count());
-        let spectra = [&part, &whole].map(|mesh| body.solve(mesh, limit).expect("modes"));
-        let [of_part, of_whole] = &spectra;
-        let count = of_part.frequencies.len();
-        assert_eq!(count, of_whole.frequencies.len());
-        assert!(count >= 8, "{:?}", of_part.frequencies);
-        let (_, shapes) = body.shapes(&part, &of_part.modes, count);
-        let (_, references) = body.shapes(&whole, &of_whole.modes, count);
-        for k in 0..count {
-            // Seen: 2e-11, and 7e-13 of shapes.
-            let [found, reference] = [of_part.frequencies[k], of_whole.frequencies[k]];
-            assert!((found / reference - 1.0).abs() < 1e-9, "{found} {reference}");
-            let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
-            let square = dot(&references[k], &references[k]);
-            let same = dot(&shapes[k], &references[k]) / square;
-            let size = dot(&shapes[k], &shapes[k]) / square;
-            assert!((same.abs() - 1.0).abs() < 1e-9 && (size - 1.0).abs() < 1e-9, "{k}: {same} {size}");
-        }
-    }
-
-    #[test]
-    fn a_part_has_the_modes_of_the_whole() {
-        // The third plane, in the middle of the plate, spares no cells.
-        let at = |i: usize, j: usize| [60.0 * i as f64, 40.0 * j as f64];
-        against_whole(&plate([2, 2], &[], at), (2, 70e3));
-    }
-
-    /// A ring with a slit of 0.2 mm on one of its planes: its ends move apart.
-    #[test]
-    fn a_slit_on_a_plane_stays_open() {
-        const SIDES: usize = 64;
-        let at = |i: usize, j: usize| {
-            let (begin, radius) = (0.1 / 30.0, if j == 0 { 34.0 } else { 26.0 });
-            let angle = begin + (TAU - 2.0 * begin) * i as f64 / SIDES as f64;
-            [radius * angle.cos(), radius * angle.sin()]
-        };
-        against_whole(&plate([SIDES + 1, 2], &[], at), (1, 20e3));
-    }
-
-    /// Two holes at opposite corners: no vertex tells that their images are none.
-    #[test]
-    fn holes_without_images_leave_no_planes() {
-        let lines = [-30.0, -20.0, -10.0, 10.0, 20.0, 30.0];
-        let surface = plate([6, 6], &[[1, 1], [3, 3]], |i, j| [lines[i], lines[j]]);
-        let [x, y, z] = DVec3::AXES.map(|axis| turn() * axis);
-        let planes = [
-            mirror_planes(&surface, 1e-6),
-            mirror_planes_in_mean(&surface, 5e-5, 5e-5),
-            mirror_planes_of_walls(&surface, 1e-5, 2e-4),
-        ];
-        assert!(planes.iter().all(|planes| !planes.is_empty()));
-        for plane in planes.into_iter().flatten() {
-            // The middle plane and the diagonals are true ones.
-            let along = [x, y, z].map(|axis| plane.normal.dot(axis).abs());
-            assert!(along[2] > 0.999 || (along[0] - along[1]).abs() < 1e-6, "{along:?}");
-        }
-    }
 }

@@ -8,19 +8,62 @@
 //! [`finite_cells`](crate::fem::finite_cells)), and the gain g of halving a cell. Cells are halved one after
 //! another, that first which lowers the sum of the errors beyond the accuracy most.
 
-use crate::fem::finite_cells::{LevelPlace, Remainder};
+use glam::DVec3;
+
+use super::{Immersed, ImmersedBody};
+use crate::fem::finite_cells::{FiniteCells, LevelPlace, Remainder};
+use crate::modal_analysis::mirror_parities::PartMode;
+use crate::modal_analysis::{Finer, ModalAnalysisError, RefinableDiscretization};
 
 /// Part of the remainders that is worth halving where one step does not reach the accuracy.
 const MOST_OF_ALL: f64 = 0.9;
 
+/// Modes, those with the largest errors, for which cells are halved.
+const MOST_MODES: usize = 24;
+/// Error for which cells are halved, in the accuracy asked for.
+const AIM: f64 = 0.7;
+/// Nodes for each halved cell of a thin wall.
+const MORE_NODES: f64 = 150.0;
+impl ImmersedBody<'_> {
+    /// A grid with smaller cells where modes are resolved least; `None` where it would have more nodes than
+    /// `most`.
+    pub(super) fn finer_where_needed(
+        &self,
+        than: &Immersed,
+        wanted: &Finer<'_, Vec<PartMode>>,
+        most: f64,
+    ) -> Result<Option<Immersed>, ModalAnalysisError> {
+        let mut worst: Vec<usize> = (0..wanted.errors.len().min(wanted.modes.len())).collect();
+        worst.sort_by(|a, b| wanted.errors[*b].total_cmp(&wanted.errors[*a]));
+        worst.truncate(MOST_MODES);
+        let shapes: Vec<&[DVec3]> = worst.iter().map(|mode| &wanted.modes[*mode].mode.shape[..]).collect();
+        let remainders = than.cells.remainders(&shapes, self.constants);
+        let target = AIM * wanted.accuracy;
+        let errors: Vec<f64> = worst.iter().map(|mode| wanted.errors[*mode] / target).collect();
+        let more = (most - than.cells.node_count() as f64).max(0.0) / MORE_NODES;
+        let gain = 2.0_f64.powf(self.convergence());
+        let halved = cells_to_halve(&remainders, &errors, gain, more as usize);
+        if halved.cells.is_empty() {
+            return Ok(None);
+        }
+        let mut refinement = than.refinement.clone();
+        halved.cells.iter().for_each(|cell| refinement.divide(*cell));
+        let grid = (than.cells.grid(), &refinement);
+        let cells = FiniteCells::new(self.framed(), grid, than.order, self.walls.thickness)?;
+        let mut shares = vec![1.0; wanted.errors.len()];
+        worst.iter().zip(halved.shares).for_each(|(mode, share)| shares[*mode] = share);
+        Ok(Some(Immersed { cells, refinement, shares, ..*than }))
+    }
+}
+
 /// Cells to halve, and q of each mode.
-pub(super) struct Halved {
-    pub(super) cells: Vec<LevelPlace>,
-    pub(super) shares: Vec<f64>,
+struct Halved {
+    cells: Vec<LevelPlace>,
+    shares: Vec<f64>,
 }
 
 /// The cells to halve, `most` at most, for errors in units of the accuracy; `gain` is that of halving.
-pub(super) fn cells_to_halve(remainders: &[Remainder], errors: &[f64], gain: f64, most: usize) -> Halved {
+fn cells_to_halve(remainders: &[Remainder], errors: &[f64], gain: f64, most: usize) -> Halved {
     let total = |mode: usize| remainders.iter().map(|own| own.energies[mode]).sum::<f64>();
     let totals: Vec<f64> = (0..errors.len()).map(total).collect();
     let part = |cell: usize, mode: usize| {

@@ -31,6 +31,7 @@
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
 mod area_corners;
+mod ball_pairs;
 pub mod contact_checks;
 mod edge_touches;
 pub(crate) mod fall_units;

@@ -17,6 +17,7 @@ mod recording;
 mod stream;
 mod survey;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId, Motion, World};
@@ -147,7 +148,7 @@ fn import_in_memory(
 ) -> Result<MotionSummary, MotionImportError> {
     let mut world = loaded.world.clone();
     let mut remarks = Vec::new();
-    let Recording { recorded, checks, paths, from_gltf, held, smallest } =
+    let Recording { recorded, checks, paths, from_gltf, held, smallest, .. } =
         read_recording(loaded, files, &mut world, &mut remarks)?;
     let name = |id: BodyId| name_of(&world, id);
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
@@ -208,9 +209,8 @@ fn name_of(world: &World, id: BodyId) -> String {
 
 /// Bodies that could move, but stand still since no file moves them.
 fn unrecorded(world: &World, recorded: &[RecordedBody]) -> Option<String> {
-    let is_left = |index: usize, body: &Body| {
-        matches!(body.motion, Motion::Free) && !recorded.iter().any(|r| r.body.index() == index)
-    };
+    let known: BTreeSet<usize> = recorded.iter().map(|body| body.body.index()).collect();
+    let is_left = |index: usize, body: &Body| matches!(body.motion, Motion::Free) && !known.contains(&index);
     let left: Vec<&str> = world
         .bodies
         .iter()

@@ -12,7 +12,7 @@ use clangor_pipeline::formats::gltf_motion::{GltfNode, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
-use clangor_pipeline::motion::recording::LengthUnit;
+use clangor_pipeline::motion::file_units::{FileUnits, LengthUnit, TimeUnit};
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
 use parquet::basic::{Compression, ZstdLevel};
@@ -120,7 +120,7 @@ fn stone(node: &Value, channels: &[Channel]) -> Result<GltfNode, String> {
     write_gltf(folder.path(), node, channels);
     let path = folder.path().join("a.gltf");
     let mut motion =
-        read_gltf_motion(&path, &[], LengthUnit::default()).map_err(|error| error.to_string())?;
+        read_gltf_motion(&path, &[], FileUnits::default()).map_err(|error| error.to_string())?;
     motion.faults.first().map_or_else(|| Ok(motion.nodes.remove(0)), |fault| Err(fault.to_string()))
 }
 

@@ -1,5 +1,7 @@
 //! Contacts of lists, checked against the recorded motion of the bodies.
 
+use std::collections::BTreeSet;
+
 use clangor_core::body::{BodyId, Motion, World};
 use clangor_core::contact::PoseHistory;
 use clangor_core::timeline::{ContactRow, PoseRow};
@@ -22,9 +24,10 @@ pub(super) fn read_contacts(
 ) -> Result<Vec<ContactRow>, MotionImportError> {
     let poses: Vec<PoseRow> = pose_rows(recorded, &[], 0.0, f64::INFINITY).collect();
     let history = PoseHistory::try_new(&world.bodies, &poses)?;
+    let moved: BTreeSet<BodyId> = recorded.iter().map(|body| body.body).collect();
     let pose_of = |id: BodyId, time: f64| {
         let body = &world.bodies[id.index()];
-        let is_known = !matches!(body.motion, Motion::Free) || recorded.iter().any(|r| r.body == id);
+        let is_known = !matches!(body.motion, Motion::Free) || moved.contains(&id);
         is_known.then(|| history.at(id, time))
     };
     let span = span(world, recorded);

@@ -217,7 +217,7 @@ impl PoseSink for Surveyor<'_> {
         let described = &self.loaded.world.bodies[body.index()];
         self.frame_of.learn_centre(self.loaded, described, body, self.path)?;
         self.frame_of.place(body, &mut frame);
-        if is_of_scene(described, &frame) {
+        if is_of_scene(described, &frame, self.path)? {
             return Ok(());
         }
         let place = self.place(body)?;

@@ -47,6 +47,7 @@ mod lasting_contacts;
 mod lasting_fit;
 mod lasting_jumps;
 pub(crate) mod list_clock;
+mod neighbours;
 pub(crate) mod nested_bodies;
 pub(crate) mod parts;
 mod parts_of_one;

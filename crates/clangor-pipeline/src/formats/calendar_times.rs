@@ -34,7 +34,9 @@ mod tests {
 
     #[test]
     fn dates_and_clocks_are_known() {
-        for text in ["2024-05-01T12:00:00Z", "2024-05-01", "2024/05/01 1:02", "12:00:00.25", "0 days 00:00:01"] {
+        for text in
+            ["2024-05-01T12:00:00Z", "2024-05-01", "2024/05/01 1:02", "12:00:00.25", "0 days 00:00:01"]
+        {
             assert!(is_calendar_time(text), "{text}");
             assert_eq!((remedy("t", text), remedy("position_x", text)), (SECONDS, ""), "{text}");
         }

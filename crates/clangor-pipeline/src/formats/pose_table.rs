@@ -90,7 +90,10 @@ pub enum PoseTableError {
         path: PathBuf,
     },
     /// A value that is no finite number.
-    #[error("{path}, body {body}, row {row}: {column} is {text}, not a finite number{}", remedy(column, text))]
+    #[error(
+        "{path}, body {body}, row {row}: {column} is {text}, not a finite number{}",
+        remedy(column, text)
+    )]
     NotANumber {
         /// The file.
         path: PathBuf,

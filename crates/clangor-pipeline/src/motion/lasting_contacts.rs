@@ -231,7 +231,8 @@ impl Search<'_> {
             if one.fit.inverse_mass <= 0.0 {
                 continue;
             }
-            for other in (0..self.jumps.len()).filter(|other| *other != one.body) {
+            let scene = self.scene;
+            for other in scene.neighbours.of_body(one.body).map(BodyId::index) {
                 let place = group.members.iter().position(|member| member.body == other);
                 // A pair is asked once, from the member that came first.
                 if place.is_some_and(|p| p + 1 < next && group.members[p].fit.inverse_mass > 0.0) {

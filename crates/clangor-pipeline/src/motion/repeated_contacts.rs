@@ -79,7 +79,9 @@ impl fmt::Display for RepeatedNotice {
         let of = list.as_ref().map_or_else(String::new, |list| format!(" of {}", list.display()));
         match count {
             1 => write!(f, "row {row} repeats row {repeated}{of}")?,
-            more => write!(f, "{more} rows repeat others, first row {row}, which repeats row {repeated}{of}")?,
+            more => {
+                write!(f, "{more} rows repeat others, first row {row}, which repeats row {repeated}{of}")?
+            }
         }
         write!(
             f,

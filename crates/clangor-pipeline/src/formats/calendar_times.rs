@@ -8,9 +8,9 @@
 //! They are refused: a recording begins at the time 0, and which row is its first depends on the other files.
 
 /// What to do where a time should be seconds.
-pub(crate) const SECONDS: &str = "; write t as seconds from the beginning of the recording, one number (pandas: \
-                                  (d.t - d.t.min()).dt.total_seconds() for dates, d.t.dt.total_seconds() for \
-                                  timedelta)";
+pub(crate) const SECONDS: &str = "; write t as seconds from the beginning of the recording (pandas: \
+                                  (d.t - d.t.min()).dt.total_seconds() for dates, \
+                                  d.t.dt.total_seconds() for timedelta)";
 
 /// The remedy for a text in the place of a number: that of times if the column holds times and the text is
 /// one of a calendar or clock, otherwise nothing.

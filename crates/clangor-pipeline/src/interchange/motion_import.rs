@@ -3,8 +3,8 @@
 //!
 //! A single table of poses in order of time is read as a stream, twice: once to check all of it, and once for
 //! its impacts and poses, in parts of time that overlap. Memory then depends on the number of bodies and
-//! on the rate, not on the length. Contact lists are kept in memory, and so are the poses of several tables, of
-//! glTF files, and of tables that are not in order.
+//! on the rate, not on the length. Contact lists are kept in memory, and so are the poses of several tables,
+//! of glTF files, and of tables that are not in order.
 
 mod error;
 mod falls;

@@ -6,8 +6,8 @@
 //!
 //! with the longest frame h, the largest speed v and the bounding radius r of a body. The ball (c, R) holds
 //! the body in all states in which it is searched, which are continued past a frame by four at most, and half
-//! of the widest gap that counts as a touch. Two bodies whose balls do not overlap are never compared, so that
-//! the search grows with the number of neighbours and not with that of all pairs.
+//! of the widest gap that counts as a touch. Two bodies whose balls do not overlap are never compared, so
+//! that the search grows with the number of neighbours and not with that of all pairs.
 //!
 //! No saving where bodies fly through each other's space: their balls are large, and all may be neighbours.
 
@@ -100,7 +100,7 @@ mod tests {
     /// Impacts of balls 4 cm apart on a floor that bounce once, each at its own time.
     fn impacts(count: u32) -> Vec<ContactRow> {
         let steel = preset("steel").unwrap();
-        let ball = |k: u32| Body::sphere(&format!("ball-{k}"), steel.clone(), 0.01);
+        let ball = |k: u32| Body::sphere(format!("ball-{k}"), steel.clone(), 0.01);
         let mut bodies: Vec<Body> = (0..count).map(ball).collect();
         bodies.push(Body::plane("floor", preset("granite").unwrap(), DVec3::ZERO, DVec3::Y));
         let recorded = (0..count).map(|k| {

@@ -9,8 +9,8 @@
 //! each body, those halfway to its centre, and the centre.
 //!
 //! Looks at some instants of each part of a recording, with a bounded number of pairs and of searches; an
-//! overlap counts where neighbouring frames have it too. Not for planes ([`sunk_bodies`](super::sunk_bodies)), bodies on one
-//! link, and parts of one thing.
+//! overlap counts where neighbouring frames have it too. Not for planes
+//! ([`sunk_bodies`](super::sunk_bodies)), bodies on one link, and parts of one thing.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -293,7 +293,7 @@ mod tests {
     fn only_bodies_in_each_other_are_noticed_among_ten_thousand() {
         let steel = preset("steel").unwrap();
         let place = |k: u32| DVec3::new(f64::from(k % 100), 0.5, f64::from(k / 100)) * 0.03;
-        let bodies = (0..10_000).map(|k| Body::sphere(&format!("ball-{k}"), steel.clone(), 0.01)).collect();
+        let bodies = (0..10_000).map(|k| Body::sphere(format!("ball-{k}"), steel.clone(), 0.01)).collect();
         let world = World { bodies, links: Vec::new(), gravity: DVec3::NEG_Y };
         let frame = |k: u32, number: u32| {
             // Ball 77 lies in ball 4321.

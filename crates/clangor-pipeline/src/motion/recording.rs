@@ -85,8 +85,8 @@ pub enum RecordingError {
         "body {body}, row {row}: t = {time} s; times run from 0 to {MAX_TIME} s{}",
         match time {
             time if *time < 0.0 => "; add the same time to all",
-            time if *time > CLOCK => "; subtract the first time from all (times of a clock); times in another \
-                unit need --time-scale, with its length in seconds",
+            time if *time > CLOCK => "; subtract the first time from all (times of a clock); times in \
+                another unit need --time-scale, with its length in seconds",
             _ => "; times in milliseconds need --time-scale 0.001, in nanoseconds (timedelta of pandas) \
                 --time-scale 1e-9, frame numbers --time-scale 1/24 for 24 in a second",
         }

@@ -147,7 +147,8 @@ fn property_dates_in_the_place_of_seconds_are_refused_with_the_remedy() {
         let line = |row: &str| row.replace('T', &format!("\"{text}\""));
         let poses = line("{\"t\":T,\"body\":\"ball\",\"position\":[0,0.01,0]}\n");
         let contacts = line(
-            "{\"t\":T,\"body_a\":\"ball\",\"point\":[0,0,0],\"normal\":[0,1,0],\"impulse_n\":1,\"speed\":1}\n",
+            "{\"t\":T,\"body_a\":\"ball\",\"point\":[0,0,0],\"normal\":[0,1,0],\
+             \"impulse_n\":1,\"speed\":1}\n",
         );
         let files =
             [("a.csv", POSES), ("x.csv", &dated(POSES)), ("l.csv", &dated(LIST)), ("x.jsonl", &poses)];

@@ -1,7 +1,7 @@
 //! Whether hands and loads push bodies no farther within a time step than contacts can follow.
 //!
 //! ```text
-//! displacement in a step  x = ½ J Δt / m        angle  φ = ½ |I⁻¹ ΔH| Δt        J, ΔH: impulses within a step
+//! moved in a step  x = ½ J Δt / m        angle  φ = ½ |I⁻¹ ΔH| Δt        J, ΔH: impulses within a step
 //! ```
 //!
 //! The inertia I is that of the pose at the start.

@@ -111,8 +111,8 @@ fn search_remarks(search: &PartSearch, world: &World, (length, joints): (f64, u6
     let mut remarks: Vec<String> = sunk.chain(nested).collect();
     if search.doubtful_joints > 0 {
         remarks.push(format!(
-            "the recording was searched in parts of {length:.1} s; at {} of {joints} joints the parts agree on \
-             no impact: impacts there may differ from those of a search in one piece",
+            "the recording was searched in parts of {length:.1} s; at {} of {joints} joints the parts agree \
+             on no impact: impacts there may differ from those of a search in one piece",
             search.doubtful_joints
         ));
     }

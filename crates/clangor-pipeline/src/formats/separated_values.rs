@@ -3,8 +3,8 @@
 //! Values may stand in double quotes, within which a separator is none and two quotes are one. Where commas
 //! do not separate, numbers may have one for their decimal point, but then all of them: `1,234` beside `1.5`
 //! is one thousand with a separator of thousands, and such separators are refused. Where no other number
-//! shows it, `1,234` is 1.234. A first column without a name that counts the rows from 0, as pandas writes it, is
-//! left out.
+//! shows it, `1,234` is 1.234. A first column without a name that counts the rows from 0, as pandas writes
+//! it, is left out.
 
 /// What is wrong with a line of separated values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

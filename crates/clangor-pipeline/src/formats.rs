@@ -1,6 +1,7 @@
 //! Files of Clangor: read, checked and written atomically.
 
 pub mod atomic_file;
+pub(crate) mod calendar_times;
 pub(crate) mod column_names;
 pub mod contact_list;
 pub mod glb;

@@ -31,6 +31,7 @@
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
 mod area_corners;
+mod ball_pairs;
 pub mod contact_checks;
 mod edge_touches;
 pub(crate) mod fall_units;
@@ -46,6 +47,7 @@ mod lasting_contacts;
 mod lasting_fit;
 mod lasting_jumps;
 pub(crate) mod list_clock;
+mod neighbours;
 pub(crate) mod nested_bodies;
 pub(crate) mod parts;
 mod parts_of_one;

@@ -25,7 +25,7 @@ use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavReader, WavSpec, WavWriter};
 use clangor_pipeline::interchange::audio_rigid_bodies::read_audio_bodies;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
-use clangor_pipeline::motion::recording::LengthUnit;
+use clangor_pipeline::motion::file_units::FileUnits;
 use clangor_pipeline::stages::load::{load_mesh, load_scene, scene_from_text};
 use clangor_pipeline::stages::simulate::{check_motion, simulation_settings};
 use clangor_sim::simulate;
@@ -389,7 +389,7 @@ fn fuzz_glb() {
 fn fuzz_gltf_motion() {
     let target = Target::parser("gltf-motion", "gltf", text(&[&gltf()]), &GLTF_WORDS);
     fuzz(&target, &|path, _| {
-        shown(read_gltf_motion(path, &[], LengthUnit::default()), |file| {
+        shown(read_gltf_motion(path, &[], FileUnits::default()), |file| {
             format!("{} nodes", file.nodes.len().min(9))
         })
     });

@@ -131,25 +131,25 @@ pub enum SimulationError {
 /// A push that moves a body too far within a time step.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "a {what} of {} {unit} moves \"{body}\" by {} {way_unit} within a time step of {time_step} s, \
+    "a {what} of {} {unit} moves \"{body}\" by {} {moved_unit} within a time step of {time_step} s, \
      farther than contacts can follow; make it weaker, or time_step at most {} s",
     readable(rounded(*size, 3)),
-    readable(rounded(*way, 2)),
+    readable(rounded(*moved, 2)),
     readable(rounded(0.95 * longest, 2))
 )]
 pub struct FarPush {
     /// The body.
     pub body: String,
-    /// Hand, force or torque.
+    /// `hand`, `force` or `torque`.
     pub what: &'static str,
-    /// Its largest value.
+    /// Its largest value \[N, of a torque N m\].
     pub size: f64,
-    /// The unit of that.
+    /// Unit of `size`: `N` or `N m`.
     pub unit: &'static str,
-    /// How far it moves the body in a step \[m, or rad\].
-    pub way: f64,
-    /// The unit of that.
-    pub way_unit: &'static str,
+    /// How far it moves the body in a step \[m, of a torque rad\].
+    pub moved: f64,
+    /// Unit of `moved`: `m` or `rad`.
+    pub moved_unit: &'static str,
     /// The step \[s\].
     pub time_step: f64,
     /// The longest step that would do \[s\].

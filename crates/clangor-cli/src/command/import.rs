@@ -15,7 +15,7 @@ use crate::console::{Console, counted};
 use crate::diagnostics::draw_warnings;
 use crate::failure::Failure;
 
-/// Confidence below which an impact is told as doubtful.
+/// Confidence below which an impact is reported as doubtful.
 const DOUBTFUL: f64 = 0.5;
 
 pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Result<(), Failure> {
@@ -25,12 +25,16 @@ pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Resul
             let loaded = load(scene, global, &|_| (), console)?;
             let motion = if *at_rest { ListedMotion::AtRest } else { ListedMotion::Flights };
             let imported = import_contacts(&loaded, list, motion, output, *force)?;
+            imported.warnings.iter().for_each(|warning| console.warn(warning));
             imported.notices.iter().for_each(|notice| console.note(notice));
             let contacts = imported.rows.contacts;
             let poses = imported.rows.poses;
             console.say(format_args!("{}: {}, {}", output.display(), rows_of(contacts), poses_of(poses)));
             let written = output.to_string_lossy();
-            console.json(&json!({ "timeline": written, "contact_rows": contacts, "pose_rows": poses }));
+            console.json(&json!({
+                "timeline": written, "contact_rows": contacts, "pose_rows": poses,
+                "warnings": imported.warnings, "notices": imported.notices,
+            }));
             Ok(())
         }
         ImportFormat::Gltf { scene, files, poses, leave_out, common } => {

@@ -69,3 +69,21 @@ fn numbers_have_the_right_nouns() {
     let said = clangor(path, &["inspect", "a.timeline"]);
     assert!(said.contains("1 contact row, 1 impact, fastest"), "{said}");
 }
+
+#[test]
+fn warnings_of_a_contact_list_are_in_its_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    fs::write(path.join("scene.toml"), SCENE).unwrap();
+    let row = "0.3161,ball,floor,0,0,0,0,1,0,0.05,3.1\n";
+    let head = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n";
+    fs::write(path.join("list.csv"), format!("{head}{row}{row}")).unwrap();
+    let arguments = ["import", "contacts", "scene.toml", "list.csv", "-o", "a.timeline", "--json"];
+    let output = run(path, &arguments);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let warning = report["warnings"][0].as_str().unwrap();
+    assert!(warning.starts_with("row 3 repeats row 2: "), "{report}");
+    assert!(report["notices"].is_array(), "{report}");
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(printed.contains("warning: row 3 repeats row 2"), "{printed}");
+}

@@ -38,6 +38,7 @@ use clangor_core::quantity;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
+use crate::formats::calendar_times::remedy;
 use crate::formats::column_names::listed;
 use crate::formats::input_file::read_bounded;
 use crate::formats::named_bodies::NamedBodies;
@@ -129,7 +130,7 @@ pub enum LineFault {
         name: String,
     },
     /// A value that is no finite number.
-    #[error("{column} is {text}, not a finite number")]
+    #[error("{column} is {text}, not a finite number{}", remedy(column, text))]
     NotANumber {
         /// The column.
         column: &'static str,

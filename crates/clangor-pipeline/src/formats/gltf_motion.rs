@@ -2,8 +2,8 @@
 //!
 //! Nodes move with their parents. STEP, LINEAR and CUBICSPLINE are read; the frames of a node are the keys of
 //! the finest curve that moves it, and smooth curves are read more finely. A scale of 0 hides a node: it is
-//! not born yet, or dead. Y up, seconds and metres: the format allows nothing else. Files in another unit of
-//! length are read in metres all the same.
+//! not born yet, or dead. Y up, seconds and metres: the format allows nothing else. Files in other units are
+//! read in seconds and metres all the same.
 
 mod curve;
 mod frames;
@@ -23,6 +23,7 @@ use crate::formats::input_file::read_bounded;
 use crate::formats::mesh_reader::gltf::document::{GltfFile, Node};
 use crate::formats::mesh_reader::gltf::{Placed, append_node, placed_nodes};
 use crate::formats::mesh_reader::{Located, MOST_BYTES, MeshFault, MeshFileError};
+use crate::motion::file_units::FileUnits;
 use crate::motion::recording::{Frame, LengthUnit, TimeUnit};
 use curve::Curves;
 use frames::NodeMotion;
@@ -168,23 +169,8 @@ pub struct GltfMotion {
     pub left_out: BTreeSet<String>,
 }
 
-impl GltfMotion {
-    /// Reads all times in another unit than seconds.
-    pub(crate) fn scale_times(&mut self, TimeUnit { seconds }: TimeUnit) {
-        for node in &mut self.nodes {
-            node.birth *= seconds;
-            node.death *= seconds;
-            node.frames.iter_mut().for_each(|frame| frame.time *= seconds);
-        }
-        if let Some(first) = &mut self.first_key {
-            first.time *= seconds;
-            first.spacing *= seconds;
-        }
-    }
-}
-
 /// Reads the nodes of the default scene, but for those of the names `leave_out` and all below them, from a
-/// file in this unit.
+/// file in these units.
 ///
 /// # Errors
 /// [`MeshFileError`] names the file, the place and what to do. Nodes that cannot be read are no errors:
@@ -192,7 +178,7 @@ impl GltfMotion {
 pub fn read_gltf_motion(
     path: &Path,
     leave_out: &[String],
-    unit: LengthUnit,
+    FileUnits { length, time }: FileUnits,
 ) -> Result<GltfMotion, MeshFileError> {
     let bytes =
         read_bounded(path, MOST_BYTES).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
@@ -200,19 +186,19 @@ pub fn read_gltf_motion(
     let file = GltfFile::open(&bytes, path.parent().unwrap_or(Path::new("."))).map_err(in_file)?;
     check_compression(&file).map_err(in_file)?;
     let placed = placed_nodes(&file.document).map_err(in_file)?;
-    let mut tree = NodeTree::of_file(&file, &placed, unit);
+    let mut tree = NodeTree::of_file(&file, &placed, length);
     let mut motion = GltfMotion {
         has_animation: file.document.animations.iter().any(|animation| !animation.channels.is_empty()),
         ..GltfMotion::default()
     };
     motion.left_out = tree.leave_out(leave_out);
-    let mut unreadable = tree.read_curves();
+    let mut unreadable = tree.read_curves(time);
     motion.first_key = tree.first_key();
     for place in (0..placed.len()).filter(|place| !tree.is_left_out[*place]) {
         let chain: Vec<usize> = tree.chain(place).collect();
         let read = match unreadable.remove(&place) {
             Some(fault) => Err(fault),
-            // Told at the node whose curve it is.
+            // Reported at the node whose curve it is.
             None if chain.iter().any(|above| tree.is_lost[*above]) => continue,
             None => tree.read_node(&chain),
         };
@@ -286,14 +272,14 @@ impl<'a> NodeTree<'a> {
         found
     }
 
-    /// Reads the curves of all nodes; gives what is wrong with them.
-    fn read_curves(&mut self) -> BTreeMap<usize, NodeFault> {
+    /// Reads the curves of all nodes, with times in this unit; gives what is wrong with them.
+    fn read_curves(&mut self, unit: TimeUnit) -> BTreeMap<usize, NodeFault> {
         let mut faults = BTreeMap::new();
-        let frames = KeyFrames::of_file(self.file);
+        let frames = KeyFrames::of_file(self.file, unit);
         for (place, node) in self.placed.iter().enumerate() {
             let read = match self.is_left_out[place] {
                 true => Ok(Curves::default()),
-                false => Curves::of_node(self.file, frames.as_ref(), node.node),
+                false => Curves::of_node(self.file, (unit, frames.as_ref()), node.node),
             };
             self.curves.push(read.unwrap_or_else(|fault| {
                 self.is_lost[place] = true;

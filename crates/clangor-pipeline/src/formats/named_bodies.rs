@@ -33,6 +33,11 @@ impl<'a> NamedBodies<'a> {
         self.names.len()
     }
 
+    /// The name of a body.
+    pub(crate) fn name(&self, id: BodyId) -> &'a str {
+        self.names.get(id.index()).copied().unwrap_or_default()
+    }
+
     /// Whether a body has this name.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.ids.contains_key(name)

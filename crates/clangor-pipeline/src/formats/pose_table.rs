@@ -18,6 +18,7 @@ use clangor_core::body::BodyId;
 use clangor_core::pose::Pose;
 use glam::{DQuat, DVec3};
 
+use super::calendar_times::remedy;
 use super::column_names::instead_of;
 use super::named_bodies::NamedBodies;
 use super::record_table::{Cell, MAX_ROWS, RecordTableError, RowSink, read_rows};
@@ -89,10 +90,15 @@ pub enum PoseTableError {
         path: PathBuf,
     },
     /// A value that is no finite number.
-    #[error("{path}, row {row}: {column} is {text}, not a finite number")]
+    #[error(
+        "{path}, body {body}, row {row}: {column} is {text}, not a finite number{}",
+        remedy(column, text)
+    )]
     NotANumber {
         /// The file.
         path: PathBuf,
+        /// The body.
+        body: String,
         /// Line of a text, row of a Parquet file.
         row: u64,
         /// The column.
@@ -318,7 +324,7 @@ impl<S: PoseSink> RowSink for Reader<'_, S> {
 
     fn row(&mut self, row: u64, cells: &[Cell]) -> Result<(), S::Error> {
         let id = self.body(row, &cells[BODY])?;
-        let frame = self.frame(row, cells)?;
+        let frame = self.frame(row, id, cells)?;
         self.is_empty = false;
         self.sink.pose(id, frame)
     }
@@ -350,11 +356,12 @@ impl<S> Reader<'_, S> {
         Ok(id)
     }
 
-    fn frame(&self, row: u64, cells: &[Cell]) -> Result<Frame, PoseTableError> {
+    fn frame(&self, row: u64, id: BodyId, cells: &[Cell]) -> Result<Frame, PoseTableError> {
         let number = |at: usize| {
             let finite = cells[at].number().filter(|number| number.is_finite());
             finite.ok_or_else(|| PoseTableError::NotANumber {
                 path: self.path.into(),
+                body: self.bodies.name(id).into(),
                 row,
                 column: COLUMNS[at].into(),
                 text: shown(&cells[at], "empty"),

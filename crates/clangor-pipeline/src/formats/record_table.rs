@@ -10,10 +10,11 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use crate::formats::calendar_times::SECONDS;
 use crate::formats::column_names::meant;
 use crate::formats::separated_values::{SeparatedValues, values_of};
 
-/// Column in which pandas writes the numbers of rows to Parquet.
+/// Column of the numbers of rows that pandas writes to Parquet, and that other files get from there.
 pub(super) const PANDAS_INDEX: &str = "__index_level_0__";
 /// Endings of names of vector components.
 const COMPONENTS: [&str; 4] = ["_x", "_y", "_z", "_w"];
@@ -118,7 +119,15 @@ pub enum RecordTableError {
         /// The column.
         column: String,
     },
-    /// A column that holds lists, records, dates or decimals.
+    /// A column that holds dates or times of a clock.
+    #[error("{path}: column {column} holds dates or times, no numbers{SECONDS}")]
+    Calendar {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+    },
+    /// A column that holds lists, records or decimals.
     #[error(
         "{path}: column {column} holds neither numbers nor texts; write one plain column for each component"
     )]
@@ -253,7 +262,7 @@ fn csv<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
             header = Some((lines, places(path, &names, sink)?));
             continue;
         };
-        let values = lines.next(line).map_err(|fault| wrong(fault.to_string()))?;
+        let values = lines.next(line, row).map_err(|fault| wrong(fault.to_string()))?;
         if values.len() != places.len() {
             let (found, expected) = (values_of(values.len()), places.len());
             return Err(wrong(format!("{found}, but the header has {expected} columns")).into());
@@ -304,7 +313,7 @@ fn jsonl<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
         for (name, value) in names.iter().zip(values) {
             match sink.known().iter().position(|known| known == name) {
                 Some(place) => cells[place] = value,
-                None if sink.is_ignored(name) => {}
+                None if name == PANDAS_INDEX || sink.is_ignored(name) => {}
                 None => return Err(unknown_column(path, name, &names, sink)),
             }
         }

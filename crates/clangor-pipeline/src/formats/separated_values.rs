@@ -1,8 +1,10 @@
 //! Lines of separated values: commas, or semicolons or tabs where the header has no comma.
 //!
 //! Values may stand in double quotes, within which a separator is none and two quotes are one. Where commas
-//! do not separate, a number may have one for its decimal point. A first column without a name that counts
-//! the rows from 0, as pandas writes it, is left out.
+//! do not separate, numbers may have one for their decimal point, but then all of them: `1,234` beside `1.5`
+//! is one thousand with a separator of thousands, and such separators are refused. Where no other number
+//! shows it, `1,234` is 1.234. A first column without a name that counts the rows from 0, as pandas writes
+//! it, is left out.
 
 /// What is wrong with a line of separated values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -22,6 +24,26 @@ pub enum ValueFault {
         /// What is there.
         text: String,
     },
+    /// A number with a separator of thousands.
+    #[error("{text} has a separator of thousands; write numbers without any")]
+    Thousands {
+        /// The number.
+        text: String,
+    },
+    /// A number with a decimal comma, and another one with a point.
+    #[error(
+        "{text} stands here and {other} in line {line}: either one of them has a separator of thousands, or \
+         the decimal signs differ; write all numbers with the same decimal sign, and none with a separator \
+         of thousands"
+    )]
+    DecimalSigns {
+        /// The number.
+        text: String,
+        /// The other number.
+        other: String,
+        /// Its line, from 1.
+        line: u64,
+    },
     /// Broken quotes.
     #[error("at column {place}: {reason}")]
     Quotes {
@@ -33,12 +55,24 @@ pub enum ValueFault {
 }
 
 /// How the lines of a file are divided.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct SeparatedValues {
     separator: char,
     /// Whether the first column has no name.
     is_numbered: bool,
+    /// Whether a column holds names, and not numbers.
+    has_names: Vec<bool>,
     rows: u64,
+    /// The first number with a decimal sign.
+    marked: Option<Marked>,
+}
+
+/// A number with a decimal sign.
+#[derive(Clone, Debug)]
+struct Marked {
+    sign: char,
+    text: String,
+    line: u64,
 }
 
 impl SeparatedValues {
@@ -57,14 +91,16 @@ impl SeparatedValues {
         if let Some(place) = names.iter().position(String::is_empty) {
             return Err(ValueFault::NoName { column: place + 1 + usize::from(is_numbered) });
         }
-        Ok((SeparatedValues { separator, is_numbered, rows: 0 }, names))
+        let has_names = names.iter().map(|name| name.starts_with("body") || name == "kind").collect();
+        Ok((SeparatedValues { separator, is_numbered, has_names, rows: 0, marked: None }, names))
     }
 
-    /// The values of the next line, one for each name.
+    /// The values of the next line, one for each name; `number` is that of the line in its file, from 1.
     ///
     /// # Errors
-    /// [`ValueFault`] for broken quotes, and where a column without a name does not count the rows.
-    pub(crate) fn next(&mut self, line: &str) -> Result<Vec<String>, ValueFault> {
+    /// [`ValueFault`] for broken quotes, separators of thousands, and where a column without a name does not
+    /// count the rows.
+    pub(crate) fn next(&mut self, line: &str, number: u64) -> Result<Vec<String>, ValueFault> {
         let mut values = split(line, self.separator)?;
         if self.is_numbered {
             let text = values.remove(0);
@@ -73,21 +109,51 @@ impl SeparatedValues {
             }
         }
         self.rows += 1;
-        if self.separator != ',' {
-            values.iter_mut().for_each(point_for_comma);
+        for (place, text) in values.iter_mut().enumerate() {
+            if text.contains([',', '.']) && !self.has_names.get(place).copied().unwrap_or(false) {
+                self.take_decimal_sign(text, number)?;
+            }
         }
         Ok(values)
     }
+
+    /// Writes a number with a decimal comma with a point, where commas do not separate.
+    fn take_decimal_sign(&mut self, text: &mut String, line: u64) -> Result<(), ValueFault> {
+        let is_number = |text: String| text.parse::<f64>().is_ok();
+        let [commas, points] = [',', '.'].map(|sign| text.matches(sign).count());
+        if commas + points > 1 {
+            return match has_thousands(text, commas > 0 && points > 0) {
+                true => Err(ValueFault::Thousands { text: text.clone() }),
+                false => Ok(()),
+            };
+        }
+        let sign = if commas == 1 { ',' } else { '.' };
+        let is_known = self.marked.as_ref().is_some_and(|marked| marked.sign == sign);
+        if self.separator == ',' || is_known && sign == '.' || !is_number(text.replace(',', ".")) {
+            return Ok(());
+        }
+        let marked = self.marked.get_or_insert_with(|| Marked { sign, text: text.clone(), line });
+        if marked.sign != sign {
+            let Marked { text: other, line, .. } = marked.clone();
+            return Err(ValueFault::DecimalSigns { text: text.clone(), other, line });
+        }
+        if sign == ',' {
+            *text = text.replace(',', ".");
+        }
+        Ok(())
+    }
 }
 
-/// Writes a number with a decimal comma with a point.
-fn point_for_comma(text: &mut String) {
-    if text.matches(',').count() == 1 && !text.contains('.') {
-        let number = text.replace(',', ".");
-        if number.parse::<f64>().is_ok() {
-            *text = number;
-        }
+/// Whether commas and points divide a number into thousands; the last of two kinds of signs is the decimal
+/// one.
+fn has_thousands(text: &str, has_both: bool) -> bool {
+    let digits = text.strip_prefix(['-', '+']).unwrap_or(text);
+    let mut groups: Vec<&str> = digits.split([',', '.']).collect();
+    if has_both {
+        groups.pop();
     }
+    let are_digits = |group: &&str| !group.is_empty() && group.bytes().all(|b| b.is_ascii_digit());
+    groups.iter().all(are_digits) && groups[1..].iter().all(|group| group.len() == 3)
 }
 
 /// The values of a line, spaces around them removed.

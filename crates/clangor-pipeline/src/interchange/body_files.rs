@@ -27,8 +27,8 @@ pub enum InterchangeError {
     List(#[from] ContactListError),
     /// A contact at a time that no timeline has.
     #[error(
-        "{path}, row {row}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s: give seconds \
-         from the beginning of the scene, no milliseconds or numbers of frames"
+        "{path}, row {row}: a contact is at t = {time} s; times run from 0 to {MAX_TIME} s, in seconds from \
+         the beginning of the scene; divide milliseconds by 1000, and frame numbers by the frames per second"
     )]
     Time {
         /// The list.
@@ -90,6 +90,8 @@ pub enum ListedMotion {
 pub struct ImportedContacts {
     /// Rows of the timeline.
     pub rows: TimelineSummary,
+    /// What is probably wrong.
+    pub warnings: Vec<String>,
     /// What should be known.
     pub notices: Vec<String>,
 }
@@ -125,8 +127,8 @@ pub fn import_contacts(
     let (rows, notices) = check_contacts(&loaded.world, rows, &pose_of)
         .map_err(|fault| InterchangeError::Contact { path: list.into(), fault })?;
     let mut notices: Vec<String> = notices.iter().map(ToString::to_string).collect();
-    notices.extend(long.map(|notice| notice.to_string()));
-    notices.extend(twice.map(|notice| notice.to_string()));
+    let warnings = long.map(|notice| notice.to_string()).into_iter();
+    let warnings = warnings.chain(twice.map(|notice| notice.to_string())).collect();
     let duration = rows.last().map_or(0.0, |r| r.time).max(loaded.scene.simulation.duration);
     let header = imported_header(loaded, loaded.world.clone(), "contact list", duration, None);
     let has_effective_mass = rows.iter().any(|row| row.effective_mass.is_some());
@@ -140,7 +142,7 @@ pub fn import_contacts(
         notices.extend(flights.notices(&loaded.world, &lines));
         flights.write(&loaded.world, &rows, &mut writer).map_err(failed)?;
     }
-    Ok(ImportedContacts { rows: writer.finish()?, notices })
+    Ok(ImportedContacts { rows: writer.finish()?, warnings, notices })
 }
 
 /// Simulates a scene and writes its motion, `rate` pictures per second.

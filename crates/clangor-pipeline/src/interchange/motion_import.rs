@@ -3,8 +3,8 @@
 //!
 //! A single table of poses in order of time is read as a stream, twice: once to check all of it, and once for
 //! its impacts and poses, in parts of time that overlap. Memory then depends on the number of bodies and
-//! on the rate, not on the length. Several tables, glTF files, contact lists and tables that are not in
-//! order are kept in memory.
+//! on the rate, not on the length. Contact lists are kept in memory, and so are the poses of several tables,
+//! of glTF files, and of tables that are not in order.
 
 mod error;
 mod falls;
@@ -17,6 +17,7 @@ mod recording;
 mod stream;
 mod survey;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId, Motion, World};
@@ -33,7 +34,7 @@ use crate::stages::load::LoadedScene;
 pub use error::MotionImportError;
 use falls::fall_remarks;
 use lasting_log::{lasting_log, noise_of_bodies};
-use listed::read_contacts;
+use listed::{ListedContacts, span};
 use pose_rows::pose_rows;
 use recording::{Recording, read_recording};
 use stream::import_stream;
@@ -129,10 +130,9 @@ pub fn import_motion(
 ) -> Result<MotionSummary, MotionImportError> {
     if let [table] = &files.poses[..]
         && files.gltf.is_empty()
-        && files.contacts.is_empty()
     {
         let survey = survey(loaded, table, files)?;
-        if let Some(plan) = survey.plan(table, &loaded.world, files.part_length)? {
+        if let Some(plan) = survey.plan(table, &loaded.world, files)? {
             return import_stream(loaded, table, files, (survey, plan), (output, replace));
         }
     }
@@ -147,11 +147,12 @@ fn import_in_memory(
 ) -> Result<MotionSummary, MotionImportError> {
     let mut world = loaded.world.clone();
     let mut remarks = Vec::new();
-    let Recording { recorded, checks, paths, from_gltf, held, smallest } =
+    let Recording { recorded, checks, paths, from_gltf, held, smallest, .. } =
         read_recording(loaded, files, &mut world, &mut remarks)?;
     let name = |id: BodyId| name_of(&world, id);
     let paths: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
     let falls = fall_remarks(&world, files, (&checks, &paths), smallest);
+    let mut warnings = falls.warnings;
     remarks.extend(falls.size);
     remarks.extend(notices(&checks, from_gltf, &name).iter().map(ToString::to_string));
     if files.z_up && files.poses.is_empty() && files.contacts.is_empty() {
@@ -176,7 +177,11 @@ fn import_in_memory(
         found = Some(summary);
         (rows.contacts, rows.states)
     } else {
-        (read_contacts(&world, &recorded, files, &mut remarks)?, Vec::<PoseRow>::new())
+        let mut lists = ListedContacts::read(&world, files, span(&recorded))?;
+        let contacts = lists.take_before(f64::INFINITY, &recorded)?;
+        remarks.extend(lists.remarks());
+        warnings.append(&mut lists.warnings);
+        (contacts, Vec::<PoseRow>::new())
     };
     let last_of = |body: &Body| body.motion.track()?.keys().last().map(|key| key.time);
     let frames = recorded.iter().filter_map(|body| Some(body.frames.last()?.time));
@@ -193,13 +198,7 @@ fn import_in_memory(
         writer.pose(&row).map_err(failed)?;
     }
     let rows = writer.finish()?;
-    Ok(MotionSummary {
-        rows,
-        moved: recorded.len() + held.len(),
-        found,
-        warnings: falls.warnings,
-        notices: remarks,
-    })
+    Ok(MotionSummary { rows, moved: recorded.len() + held.len(), found, warnings, notices: remarks })
 }
 
 fn name_of(world: &World, id: BodyId) -> String {
@@ -208,9 +207,8 @@ fn name_of(world: &World, id: BodyId) -> String {
 
 /// Bodies that could move, but stand still since no file moves them.
 fn unrecorded(world: &World, recorded: &[RecordedBody]) -> Option<String> {
-    let is_left = |index: usize, body: &Body| {
-        matches!(body.motion, Motion::Free) && !recorded.iter().any(|r| r.body.index() == index)
-    };
+    let known: BTreeSet<usize> = recorded.iter().map(|body| body.body.index()).collect();
+    let is_left = |index: usize, body: &Body| matches!(body.motion, Motion::Free) && !known.contains(&index);
     let left: Vec<&str> = world
         .bodies
         .iter()

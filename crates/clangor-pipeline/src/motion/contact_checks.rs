@@ -199,21 +199,69 @@ pub fn check_contacts(
     rows: Vec<ListedContact>,
     pose_of: PoseOf<'_>,
 ) -> Result<(Vec<ContactRow>, Vec<ContactNotice>), ContactFault> {
-    let limits = Limits::new(world, &rows);
-    let possible: Vec<f64> =
-        (0..rows.len()).map(|index| limits.largest_impulse(world, &rows, index)).collect();
-    let mut on_plane = vec![0_usize; world.bodies.len()];
-    let mut moved: Vec<(usize, usize, f64)> = vec![(0, 0, 0.0); world.bodies.len()];
-    let mut checked = Vec::with_capacity(rows.len());
-    for (ListedContact { line: number, mut row, names_second }, possible) in rows.into_iter().zip(possible) {
-        check_physics(world, number, &row, &limits, possible)?;
+    let mut checks = ContactChecks::new(world, rows);
+    let checked = checks.check_before(f64::INFINITY, pose_of)?;
+    Ok((checked, checks.notices()))
+}
+
+/// The rows of a list, in order of time, checked up to some time.
+pub(crate) struct ContactChecks<'a> {
+    world: &'a World,
+    rows: Vec<ListedContact>,
+    /// Rows that are checked.
+    checked: usize,
+    limits: Limits,
+    /// Contacts of each body that belong to it as a plane.
+    on_plane: Vec<usize>,
+    /// Points that were moved onto each body: how many, and row and distance \[m\] of the farthest.
+    moved: Vec<(usize, usize, f64)>,
+}
+
+impl<'a> ContactChecks<'a> {
+    /// None of them checked.
+    pub(crate) fn new(world: &'a World, rows: Vec<ListedContact>) -> Self {
+        let (limits, bodies) = (Limits::new(world, &rows), world.bodies.len());
+        ContactChecks {
+            world,
+            rows,
+            checked: 0,
+            limits,
+            on_plane: vec![0; bodies],
+            moved: vec![(0, 0, 0.0); bodies],
+        }
+    }
+
+    /// The rows that are not checked yet.
+    pub(crate) fn left(&self) -> &[ListedContact] {
+        &self.rows[self.checked..]
+    }
+
+    /// Checks the next rows, those before a time \[s\], and repairs what can be.
+    ///
+    /// # Errors
+    /// [`ContactFault`] of the first impossible row.
+    pub(crate) fn check_before(
+        &mut self,
+        time: f64,
+        pose_of: PoseOf<'_>,
+    ) -> Result<Vec<ContactRow>, ContactFault> {
+        let count = self.left().partition_point(|listed| listed.row.time < time);
+        let rows = self.checked..self.checked + count;
+        self.checked = rows.end;
+        rows.map(|index| self.check(index, pose_of)).collect()
+    }
+
+    fn check(&mut self, index: usize, pose_of: PoseOf<'_>) -> Result<ContactRow, ContactFault> {
+        let world = self.world;
+        let ListedContact { line: number, mut row, names_second } = self.rows[index];
+        let possible = self.limits.largest_impulse(world, &self.rows, index);
+        check_physics(world, number, &row, &self.limits, possible)?;
         if row.kind == ContactKind::Constraint {
-            checked.push(row);
-            continue;
+            return Ok(row);
         }
         if !names_second && let Some(plane) = plane_at(world, &row) {
             row.body_b = plane;
-            on_plane[plane.index()] += 1;
+            self.on_plane[plane.index()] += 1;
         }
         check_planes(world, number, &row, names_second, pose_of)?;
         let radius = |id: BodyId| Some(world.bodies.get(id.index())?.surface.bounding_radius());
@@ -230,23 +278,28 @@ pub fn check_contacts(
                 continue;
             }
             row.point = place;
-            let (count, farthest, most) = &mut moved[id.index()];
+            let (count, farthest, most) = &mut self.moved[id.index()];
             *count += 1;
             if distance > *most {
                 (*farthest, *most) = (number, distance);
             }
         }
-        checked.push(row);
+        Ok(row)
     }
-    let name = |index: usize| world.bodies[index].name.clone();
-    let mut notices = Vec::new();
-    for (index, &count) in on_plane.iter().enumerate().filter(|(_, count)| **count > 0) {
-        notices.push(ContactNotice::OnPlane { count, plane: name(index) });
+
+    /// What was changed in the rows that are checked.
+    pub(crate) fn notices(&self) -> Vec<ContactNotice> {
+        let name = |index: usize| self.world.bodies[index].name.clone();
+        let mut notices = Vec::new();
+        for (index, &count) in self.on_plane.iter().enumerate().filter(|(_, count)| **count > 0) {
+            notices.push(ContactNotice::OnPlane { count, plane: name(index) });
+        }
+        let moved = self.moved.iter().enumerate().filter(|(_, moved)| moved.0 > 0);
+        for (index, &(count, row, distance)) in moved {
+            notices.push(ContactNotice::Moved { count, body: name(index), row, distance });
+        }
+        notices
     }
-    for (index, &(count, row, distance)) in moved.iter().enumerate().filter(|(_, moved)| moved.0 > 0) {
-        notices.push(ContactNotice::Moved { count, body: name(index), row, distance });
-    }
-    Ok((checked, notices))
 }
 
 /// What a list allows.

@@ -57,11 +57,11 @@ pub struct FileUnits {
 /// The unit that a file seems to have.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LikelyUnit {
-    /// Of length: metres, and its name.
+    /// Of length: its size \[m\], and its name.
     Length(f64, &'static str),
-    /// Of time: seconds, and its name.
+    /// Of time: its length \[s\], and its name.
     Time(f64, &'static str),
-    /// The times are numbers of frames, so many in a second.
+    /// The times are numbers of frames, at this rate \[Hz\].
     Frames(f64),
 }
 

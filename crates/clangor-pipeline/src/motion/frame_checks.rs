@@ -116,7 +116,8 @@ impl FrameChecks {
     /// # Errors
     /// [`RecordingError`] with its row, or that of the frame before.
     pub(crate) fn push(&mut self, name: &str, frame: &mut Frame) -> Result<(), RecordingError> {
-        self.check_numbers(name, frame)?;
+        check_numbers(name, frame)?;
+        self.check_order(name, frame)?;
         let fall = self.free_falls.push(frame);
         if let (Some(fall), Some(order)) = (fall, &mut self.order) {
             order.push(&fall, frame.row);
@@ -141,31 +142,10 @@ impl FrameChecks {
         Ok(())
     }
 
-    fn check_numbers(&self, name: &str, frame: &mut Frame) -> Result<(), RecordingError> {
-        let Frame { time, pose, row } = *frame;
-        let body = || name.to_string();
-        let numbers = [
-            (time.is_finite(), "t"),
-            (pose.position.is_finite(), "position"),
-            (pose.orientation.is_finite(), "orientation"),
-        ];
-        if let Some((_, what)) = numbers.into_iter().find(|(is_finite, _)| !is_finite) {
-            return Err(RecordingError::NotFinite { body: body(), row, what });
-        }
-        if !(0.0..=MAX_TIME).contains(&time) {
-            return Err(RecordingError::Time { body: body(), row, time });
-        }
-        let place = pose.position.to_array();
-        if let Some(value) = place.into_iter().find(|value| !COORDINATE.admits(*value)) {
-            return Err(RecordingError::Far { body: body(), row, value });
-        }
-        let length = pose.orientation.length();
-        if (length - 1.0).abs() > UNIT_TOLERANCE {
-            return Err(RecordingError::NotUnit { body: body(), row, length });
-        }
-        frame.pose.orientation = pose.orientation / length;
+    fn check_order(&self, name: &str, frame: &Frame) -> Result<(), RecordingError> {
+        let Frame { time, row, .. } = *frame;
         match self.last_time().filter(|before| *before >= time) {
-            Some(before) => Err(RecordingError::Order { body: body(), row, time, before }),
+            Some(before) => Err(RecordingError::Order { body: name.into(), row, time, before }),
             None => Ok(()),
         }
     }
@@ -232,6 +212,36 @@ impl FrameChecks {
         ];
         found.into_iter().filter(|(is_found, _)| *is_found).map(|(_, notice)| notice).collect()
     }
+}
+
+/// Checks the numbers of a frame of the body called `name` and makes its rotation unit.
+///
+/// # Errors
+/// [`RecordingError`] for numbers that no timeline has, and for a quaternion that is no rotation.
+pub(crate) fn check_numbers(name: &str, frame: &mut Frame) -> Result<(), RecordingError> {
+    let Frame { time, pose, row } = *frame;
+    let body = || name.to_string();
+    let numbers = [
+        (time.is_finite(), "t"),
+        (pose.position.is_finite(), "position"),
+        (pose.orientation.is_finite(), "orientation"),
+    ];
+    if let Some((_, what)) = numbers.into_iter().find(|(is_finite, _)| !is_finite) {
+        return Err(RecordingError::NotFinite { body: body(), row, what });
+    }
+    if !(0.0..=MAX_TIME).contains(&time) {
+        return Err(RecordingError::Time { body: body(), row, time });
+    }
+    let place = pose.position.to_array();
+    if let Some(value) = place.into_iter().find(|value| !COORDINATE.admits(*value)) {
+        return Err(RecordingError::Far { body: body(), row, value });
+    }
+    let length = pose.orientation.length();
+    if (length - 1.0).abs() > UNIT_TOLERANCE {
+        return Err(RecordingError::NotUnit { body: body(), row, length });
+    }
+    frame.pose.orientation = pose.orientation / length;
+    Ok(())
 }
 
 /// Checks all frames of a body called `name` and makes their rotations unit.

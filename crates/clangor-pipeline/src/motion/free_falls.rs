@@ -24,8 +24,6 @@ use super::recording::Frame;
 const POINTS: usize = quaternion_order::POINTS;
 /// Distances of those frames; wide ones are needed where positions are rounded or noisy.
 const STRIDES: [usize; 5] = [1, 2, 4, 8, 16];
-/// Frames that are kept.
-const KEPT: usize = 6 * STRIDES[STRIDES.len() - 1] + 1;
 /// Largest distance from the parabola, over its sagitta.
 const ON_PARABOLA: f64 = 0.01;
 /// Smallest sagitta \[m\], and over the largest coordinate, whose rounding in 32 bits is 6e-8 of it.
@@ -64,7 +62,8 @@ pub(crate) struct FallSpeeds {
 #[derive(Clone, Debug)]
 pub(crate) struct FreeFalls {
     down: DVec3,
-    recent: Vec<(f64, DVec3, DQuat)>,
+    /// For each distance the last seven frames whose number it divides: time, place and orientation.
+    recent: [Vec<(f64, DVec3, DQuat)>; STRIDES.len()],
     frames: usize,
     found: [FallSpeeds; 3],
 }
@@ -73,28 +72,33 @@ impl FreeFalls {
     /// Without any, under a gravity [m/s²].
     pub(crate) fn new(gravity: DVec3) -> Self {
         let down = gravity.normalize_or_zero();
-        FreeFalls { down, recent: Vec::new(), frames: 0, found: Default::default() }
+        FreeFalls { down, recent: Default::default(), frames: 0, found: Default::default() }
     }
 
     /// Takes the next frame. Times and orientations of the widest fall along gravity that it ends.
     pub(crate) fn push(&mut self, frame: &Frame) -> Option<[(f64, DQuat); POINTS]> {
         let point = (frame.time, frame.pose.position, frame.pose.orientation);
-        match self.recent.get_mut(self.frames % KEPT) {
-            Some(oldest) => *oldest = point,
-            None => self.recent.push(point),
-        }
         let newest = self.frames;
         let mut widest = None;
         self.frames += 1;
-        for stride in STRIDES.into_iter().filter(|stride| newest.is_multiple_of(*stride)) {
-            let Some(first) = newest.checked_sub((POINTS - 1) * stride) else { break };
-            let at = |k: usize| self.recent[(first + k * stride) % KEPT];
-            let points: [(f64, DVec3); POINTS] = std::array::from_fn(|k| (at(k).0, at(k).1));
-            if let Some(acceleration) = parabola(&points) {
-                let spin = std::array::from_fn(|k| (at(k).0, at(k).2));
-                if self.note(acceleration, stride as u64, frame.row) == Some(FallsAlong::Gravity) {
-                    widest = Some(spin);
-                }
+        for (place, stride) in STRIDES.into_iter().enumerate() {
+            if !newest.is_multiple_of(stride) {
+                break;
+            }
+            let (recent, number) = (&mut self.recent[place], newest / stride);
+            if recent.len() < POINTS {
+                recent.reserve_exact(POINTS);
+                recent.push(point);
+            } else {
+                recent[number % POINTS] = point;
+            }
+            let Some(first) = (number + 1).checked_sub(POINTS) else { continue };
+            let fall: [(f64, DVec3, DQuat); POINTS] =
+                std::array::from_fn(|k| self.recent[place][(first + k) % POINTS]);
+            if let Some(acceleration) = parabola(&fall.map(|(time, position, _)| (time, position)))
+                && self.note(acceleration, stride as u64, frame.row) == Some(FallsAlong::Gravity)
+            {
+                widest = Some(fall.map(|(time, _, orientation)| (time, orientation)));
             }
         }
         widest

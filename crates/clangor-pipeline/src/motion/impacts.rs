@@ -25,6 +25,7 @@ use glam::DVec3;
 use super::impulse_fit::{FitBody, FitContact, fit_impulses};
 use super::jump_windows::{JumpWindow, jump_windows};
 use super::kinematics::{Inertia, Kinematics, State};
+use super::neighbours::Neighbours;
 use super::parts_of_one::windows_of_part;
 use super::recording::RecordedBody;
 use super::touch::Touch;
@@ -112,6 +113,8 @@ pub(super) struct Scene<'a> {
     pub(super) world: &'a World,
     pub(super) surfaces: Vec<Arc<SampledSurface>>,
     pub(super) kinematics: Vec<Option<Kinematics<'a>>>,
+    /// Bodies that may come near each other.
+    pub(super) neighbours: Neighbours,
     /// Group of each body whose parts move as one.
     groups: Vec<Option<usize>>,
     /// Places of the windows of each body, in order of time.
@@ -168,7 +171,7 @@ impl<'a> Scene<'a> {
             let entry = known.entry(Arc::as_ptr(&body.surface));
             Arc::clone(entry.or_insert_with(|| Arc::new(SampledSurface::new(&body.surface))))
         });
-        let surfaces = surfaces.collect();
+        let surfaces: Vec<Arc<SampledSurface>> = surfaces.collect();
         let mut groups = vec![None; world.bodies.len()];
         let mut kinematics: Vec<Option<Kinematics<'a>>> = world.bodies.iter().map(|_| None).collect();
         for RecordedBody { body, frames, group } in recorded {
@@ -179,7 +182,10 @@ impl<'a> Scene<'a> {
                 kinematics[body.index()] = Some(Kinematics::new(frames, inertia));
             }
         }
-        Scene { world, surfaces, kinematics, groups, windows: vec![Vec::new(); world.bodies.len()] }
+        let radii: Vec<f64> = surfaces.iter().map(|surface| surface.radius).collect();
+        let neighbours = Neighbours::of(&world.bodies, &radii, &kinematics);
+        let windows = vec![Vec::new(); world.bodies.len()];
+        Scene { world, surfaces, kinematics, neighbours, groups, windows }
     }
 
     /// Whether an impact is the end of the keys of its body.
@@ -295,8 +301,8 @@ impl<'a> Scene<'a> {
             // What an impact sets in motion may rest on others, through which the impulse goes on; what has
             // an impact of its own may be farther away at a wrong instant.
             let factor = if one.window.is_some() { factor } else { 1.0 };
-            let others = (0..self.world.bodies.len() as u32).map(BodyId);
-            for other in others.filter(|id| *id != one.body && !self.move_as_one(one.body, *id)) {
+            let others = self.neighbours.of_body(one.body.index());
+            for other in others.filter(|id| !self.move_as_one(one.body, *id)) {
                 let place = members.iter().position(|member| member.body == other);
                 // A pair is searched once, from the member that came first.
                 if place.is_some_and(|place| place < next && goes_on(place, &members[place])) {

@@ -63,11 +63,12 @@ pub(super) fn lasting_contacts(
 ) -> Vec<ContactRow> {
     let scene = Scene::new(world, recorded);
     let noise_of = |index: usize| noise.get(index).copied().unwrap_or(0.0);
+    let of_bodies = rows_of_bodies(impacts, world.bodies.len());
     let jumps = scene.kinematics.iter().enumerate().map(|(index, kinematics)| {
         let kinematics = kinematics.as_ref()?;
         let reach = scene.surfaces[index].radius;
         let motion = RecordedMotion { kinematics, reach, noise: noise_of(index) };
-        Some(lasting_jumps(motion, &pushes(impacts, BodyId(index as u32), kinematics)))
+        Some(lasting_jumps(motion, &pushes(&of_bodies[index], BodyId(index as u32), kinematics)))
     });
     let jumps: Vec<Option<Vec<LastingJump>>> = jumps.collect();
     let mut search =
@@ -79,15 +80,23 @@ pub(super) fn lasting_contacts(
     rows
 }
 
-/// What impacts give to a body.
-fn pushes(impacts: &[ContactRow], body: BodyId, kinematics: &Kinematics<'_>) -> Vec<Push> {
-    let own = impacts.iter().filter(|row| row.impact_id != 0);
-    let push = |row: &ContactRow| {
-        let sign = match (row.body_a == body, row.body_b == body) {
-            (true, _) => 1.0,
-            (_, true) => -1.0,
-            _ => return None,
-        };
+/// The rows of impacts of each of so many bodies.
+fn rows_of_bodies(impacts: &[ContactRow], bodies: usize) -> Vec<Vec<&ContactRow>> {
+    let mut rows = vec![Vec::new(); bodies];
+    for row in impacts.iter().filter(|row| row.impact_id != 0) {
+        for id in [row.body_a, row.body_b] {
+            if let Some(own) = rows.get_mut(id.index()) {
+                own.push(row);
+            }
+        }
+    }
+    rows
+}
+
+/// What the impacts of a body give to it.
+fn pushes(own: &[&ContactRow], body: BodyId, kinematics: &Kinematics<'_>) -> Vec<Push> {
+    let push = |row: &&ContactRow| {
+        let sign = if row.body_a == body { 1.0 } else { -1.0 };
         let index = kinematics.interval_at(row.time)?;
         let centre = match index.checked_sub(1) {
             Some(before) => kinematics.continued(before, row.time).pose.position,
@@ -97,7 +106,7 @@ fn pushes(impacts: &[ContactRow], body: BodyId, kinematics: &Kinematics<'_>) -> 
         let moment = (row.point - centre).cross(impulse) + row.couple * sign;
         Some(Push { time: row.time, impulse, moment })
     };
-    own.filter_map(push).collect()
+    own.iter().filter_map(push).collect()
 }
 
 /// A frame of a body.
@@ -222,7 +231,8 @@ impl Search<'_> {
             if one.fit.inverse_mass <= 0.0 {
                 continue;
             }
-            for other in (0..self.jumps.len()).filter(|other| *other != one.body) {
+            let scene = self.scene;
+            for other in scene.neighbours.of_body(one.body).map(BodyId::index) {
                 let place = group.members.iter().position(|member| member.body == other);
                 // A pair is asked once, from the member that came first.
                 if place.is_some_and(|p| p + 1 < next && group.members[p].fit.inverse_mass > 0.0) {

@@ -5,10 +5,13 @@
 //! t_last > 5 T, all times whole        numbers of frames, or of steps
 //! ```
 //!
-//! A scene of which nobody said how long it lasts has a duration too: this is a remark, no error. Lists
-//! that come with a recording are held against its own clock instead (`contact_checks`).
+//! A warning, no error: a scene of which nobody said how long it lasts has the default duration. Whole times
+//! up to the first limit may then be seconds, and are not reported. Lists that come with a recording are held
+//! against its own clock instead (`contact_checks`).
 
 use std::fmt;
+
+use clangor_core::scene::simulation_description::SimulationDescription;
 
 use crate::formats::contact_list::ListedContact;
 
@@ -30,7 +33,8 @@ pub(crate) struct LongClock {
 pub(crate) fn long_clock(rows: &[ListedContact], duration: f64) -> Option<LongClock> {
     let ListedContact { line, row, .. } = rows.last()?;
     let is_whole = rows.len() >= FEWEST && rows.iter().all(|listed| listed.row.time.fract() == 0.0);
-    let most = if is_whole { TOO_LONG.1 } else { TOO_LONG.0 };
+    let is_default = duration == SimulationDescription::default().duration;
+    let most = if is_whole && !is_default { TOO_LONG.1 } else { TOO_LONG.0 };
     (row.time > most * duration).then_some(LongClock { row: *line, last: row.time, duration, is_whole })
 }
 
@@ -40,8 +44,8 @@ impl fmt::Display for LongClock {
         let also = if *is_whole { "all times are whole, and " } else { "" };
         write!(
             f,
-            "warning: {also}the last contact is at t = {last} s (row {row}), but the scene lasts \
-             {duration} s; t is in seconds: divide milliseconds by 1000, and numbers of frames by the \
+            "{also}the last contact is at t = {last} s (row {row}), but the scene lasts \
+             {duration} s; t is in seconds: divide milliseconds by 1000 and frame numbers by the \
              frames per second, or set the duration of the scene"
         )
     }

@@ -85,10 +85,10 @@ pub enum RecordingError {
         "body {body}, row {row}: t = {time} s; times run from 0 to {MAX_TIME} s{}",
         match time {
             time if *time < 0.0 => "; add the same time to all",
-            time if *time > CLOCK => "; subtract the first time from all (times of a clock; in a unit \
-                that is no second, --time-scale gives its length too)",
-            _ => "; times in milliseconds need --time-scale 0.001, numbers of frames --time-scale 1/24 \
-                for 24 in a second",
+            time if *time > CLOCK => "; subtract the first time from all (times of a clock); times in \
+                another unit need --time-scale, with its length in seconds",
+            _ => "; times in milliseconds need --time-scale 0.001, in nanoseconds (timedelta of pandas) \
+                --time-scale 1e-9, frame numbers --time-scale 1/24 for 24 in a second",
         }
     )]
     Time {
@@ -182,8 +182,8 @@ pub enum RecordingNotice {
     /// Quaternions of a table with the scalar first.
     #[error(
         "body {body}, row {row}: as it falls, its angular momentum is constant only if its orientation is \
-         read as w, x, y, z; orientation_x, _y, _z and _w probably have the scalar first: exchange \
-         the columns"
+         read as w, x, y, z; the columns orientation_x, _y, _z and _w probably hold w, x, y and z: \
+         rename them, so that orientation_w holds the scalar"
     )]
     ScalarFirst {
         /// The body.
@@ -193,8 +193,8 @@ pub enum RecordingNotice {
     },
     /// A body that turns too fast for its frames.
     #[error(
-        "body {body}, row {row}: it turns by {degrees:.0}° within a frame; its spin cannot be told beyond \
-         180°"
+        "body {body}, row {row}: it turns by {degrees:.0}° within a frame; turns beyond 180° cannot be \
+         measured"
     )]
     FastTurn {
         /// The body.

@@ -25,7 +25,7 @@ pub(crate) struct RepeatedContacts {
     lists: Vec<PathBuf>,
 }
 
-/// Rows of a list that are there twice, for people.
+/// Rows of a list that repeat others, for people.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RepeatedNotice {
     count: usize,
@@ -77,14 +77,16 @@ impl fmt::Display for RepeatedNotice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let RepeatedNotice { count, row, first: (repeated, list) } = self;
         let of = list.as_ref().map_or_else(String::new, |list| format!(" of {}", list.display()));
-        let one = "have the same time, bodies, point and impulse";
         match count {
-            1 => write!(f, "row {row} and row {repeated}{of} {one}")?,
-            more => write!(
-                f,
-                "{more} rows are there twice; row {row} and row {repeated}{of}, the first of them, {one}"
-            )?,
+            1 => write!(f, "row {row} repeats row {repeated}{of}")?,
+            more => {
+                write!(f, "{more} rows repeat others, first row {row}, which repeats row {repeated}{of}")?
+            }
         }
-        write!(f, ": they sound twice as loud; list each contact once, not once for each body")
+        write!(
+            f,
+            ": time, bodies, point and impulse are the same, and the contact sounds twice as loud; list each \
+             contact once, not once for each body"
+        )
     }
 }

@@ -9,6 +9,7 @@
 //!
 //! Not for bodies inside of each other.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use clangor_core::body::{BodyId, Surface, World};
@@ -16,23 +17,14 @@ use glam::DVec3;
 
 use super::recording::{Frame, RecordedBody};
 
-/// Depth that is told: share of the bounding radius, and at least \[m\].
+/// Depth that is reported: share of the bounding radius, and at least \[m\].
 const DEEP: (f64, f64) = (0.1, 1e-3);
 /// Most vertices of a surface that are looked at.
 const MOST_POINTS: usize = 500;
 
-/// The deepest place of a body in a half-space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Deepest {
-    body: BodyId,
-    plane: BodyId,
-    depth: f64,
-    frame: Frame,
-}
-
-/// The bodies that lie too deep.
+/// The bodies that lie too deep: body and plane, and depth \[m\] and frame of the deepest place.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SunkBodies(Vec<Deepest>);
+pub(crate) struct SunkBodies(BTreeMap<[BodyId; 2], (f64, Frame)>);
 
 /// A body in a plane, for people.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,26 +55,24 @@ impl SunkBodies {
                     }
                     let depth = reach(surface, frame.pose.orientation.inverse() * -normal) - height;
                     if depth > least {
-                        let plane = BodyId(*plane as u32);
-                        self.note(Deepest { body: *body, plane, depth, frame: *frame });
+                        self.note([*body, BodyId(*plane as u32)], depth, frame);
                     }
                 }
             }
         }
     }
 
-    fn note(&mut self, found: Deepest) {
-        match self.0.iter_mut().find(|known| (known.body, known.plane) == (found.body, found.plane)) {
-            Some(known) if known.depth >= found.depth => {}
-            Some(known) => *known = found,
-            None => self.0.push(found),
+    fn note(&mut self, pair: [BodyId; 2], depth: f64, frame: &Frame) {
+        let deepest = self.0.entry(pair).or_insert((depth, *frame));
+        if depth > deepest.0 {
+            *deepest = (depth, *frame);
         }
     }
 
     /// What should be known, body by body.
     pub(crate) fn notices(&self, world: &World) -> Vec<SunkNotice> {
         let name = |id: BodyId| world.bodies.get(id.index()).map_or_else(String::new, |b| b.name.clone());
-        let notice = |Deepest { body, plane, depth, frame }: &Deepest| SunkNotice {
+        let notice = |([body, plane], (depth, frame)): (&[BodyId; 2], &(f64, Frame))| SunkNotice {
             body: name(*body),
             plane: name(*plane),
             depth: *depth,

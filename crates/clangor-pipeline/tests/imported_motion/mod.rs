@@ -8,6 +8,20 @@ use clangor_pipeline::motion::recording::LengthUnit;
 use clangor_pipeline::stages::load::load_scene;
 use tempfile::TempDir;
 
+/// A scene of a ball of 1 cm in radius, 0.5 m above a floor, with more bodies between the two.
+macro_rules! scene {
+    ($($more:literal)?) => {
+        concat!(
+            "version = 1\n[[body]]\nname = \"ball\"\nshape = \"sphere:0.01\"\nmaterial = \"steel\"\n",
+            "position = [0.0, 0.5, 0.0]\n",
+            $($more,)?
+            "[[plane]]\nname = \"floor\"\nmaterial = \"granite\"\n",
+            "[[listener]]\nposition = [0.3, 0.4, 0.4]\n"
+        )
+    };
+}
+pub(crate) use scene;
+
 /// A folder with `scene.toml` and files of these names and texts.
 pub(crate) fn folder(scene: &str, files: &[(&str, &str)]) -> TempDir {
     let folder = tempfile::tempdir().unwrap();

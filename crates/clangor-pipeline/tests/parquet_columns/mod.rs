@@ -33,6 +33,13 @@ pub(crate) fn write_alike(path: &Path, names: &[&str], groups: &[(usize, &[f64])
     });
 }
 
+/// Writes a file with these fields and without rows.
+pub(crate) fn write_no_rows(path: &Path, fields: &str) {
+    let schema = Arc::new(parse_message_type(&format!("message rows {{ {fields} }}")).unwrap());
+    let properties = Arc::new(WriterProperties::builder().build());
+    SerializedFileWriter::new(fs::File::create(path).unwrap(), schema, properties).unwrap().close().unwrap();
+}
+
 /// What puts the values of a column of a group into the file.
 type Fill<'a> = dyn Fn(usize, usize, &mut dyn FnMut(&[f64])) + 'a;
 

@@ -123,6 +123,57 @@ fn property_a_table_by_body_gives_the_same_as_one_by_time() {
     }
 }
 
+/// Where the late ball is if it slides along x \[m\].
+fn drift(t: f64) -> f64 {
+    0.1 + 0.02 * t
+}
+
+/// Contacts of the three bodies at and beside the frames of impacts, some of them off the surfaces, in two
+/// lists.
+fn lists() -> [String; 2] {
+    let head = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n";
+    let row = |t: f64, body: &str, x: f64, y: f64| format!("{t},{body},floor,{x},{y},0,0,1,0,0.1,3\n");
+    let early = [0.0, 0.998, 1.0, 1.003].map(|t| row(t, "early", 0.0, 0.0005)).concat();
+    let late = [4.7, 5.697, 5.7021, 6.7].map(|t| row(t, "late", drift(t), 0.0004)).concat();
+    let sparse = [0.25, 1.5, 3.9, 5.01].map(|t| row(t, "sparse", 0.2, 0.0)).concat();
+    [format!("{head}{late}{early}"), format!("{head}{sparse}")]
+}
+
+#[test]
+fn property_a_stream_with_contact_lists_gives_the_same_as_a_table_in_memory() {
+    let sliding = |(t, body, line): (f64, &'static str, String)| match body {
+        "late" => (t, body, format!("{t},late,{},{},0\n", drift(t), height(t + 0.3))),
+        _ => (t, body, line),
+    };
+    let by_time: Vec<_> = rows().into_iter().map(sliding).collect();
+    let mut by_body = by_time.clone();
+    let order = ["early", "sparse", "late"];
+    by_body.sort_by_key(|(_, body, _)| order.iter().position(|name| name == body));
+    let [one, two] = lists();
+    let files = [("one.csv", one.as_str()), ("two.csv", &two)];
+    let folder = folder(SCENE, &files);
+    for (name, rows) in [("time.csv", &by_time), ("body.csv", &by_body)] {
+        fs::write(folder.path().join(name), table(rows)).unwrap();
+    }
+    let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
+    let out = folder.path().join("out.timeline");
+    let run = |name: &str, length: f64| {
+        let contacts = files.iter().map(|(list, _)| folder.path().join(list)).collect();
+        let (poses, part_length) = (vec![folder.path().join(name)], Some(length));
+        let files = MotionFiles { poses, contacts, part_length, ..MotionFiles::default() };
+        let summary = import_motion(&loaded, &files, &out, true).unwrap();
+        (summary, TimelineReader::open(&out).unwrap().read_all().unwrap())
+    };
+    let (summary, timeline) = run("body.csv", 1e6);
+    assert_eq!((summary.found.as_ref(), timeline.contacts.len()), (None, 12));
+    assert!(summary.notices.iter().any(|notice| notice.contains("moved onto it")), "{:?}", summary.notices);
+    for length in [1e6, 0.1, 1.3, 3.0] {
+        let found = run("time.csv", length);
+        assert_eq!(found.0, summary, "parts of {length} s");
+        assert!(found.1 == timeline, "parts of {length} s");
+    }
+}
+
 #[test]
 fn property_mistakes_late_in_a_long_table_are_told_before_anything_is_written() {
     let mut lines = rows();

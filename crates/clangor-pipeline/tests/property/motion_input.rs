@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::imported_motion::{folder, import, import_in};
+use crate::imported_motion::{folder, import, import_in, scene};
 use crate::parquet_columns::write_alike;
 use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::Timeline;
@@ -12,29 +12,20 @@ use clangor_pipeline::formats::gltf_motion::{GltfNode, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
-use clangor_pipeline::motion::recording::LengthUnit;
+use clangor_pipeline::motion::file_units::{FileUnits, LengthUnit};
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
 use parquet::basic::{Compression, ZstdLevel};
 use serde_json::{Value, json};
 
-const SCENE: &str = r#"version = 1
-[[body]]
-name = "ball"
-shape = "sphere:0.01"
-material = "steel"
-position = [0.0, 0.5, 0.0]
-[[body]]
+const SCENE: &str = scene!(
+    r#"[[body]]
 name = "anvil"
 shape = "box:0.1x0.1x0.1"
 material = "steel"
 position = [5.0, 0.05, 0.0]
-[[plane]]
-name = "floor"
-material = "granite"
-[[listener]]
-position = [0.3, 0.4, 0.4]
-"#;
+"#
+);
 const G: f64 = 9.80665;
 const HEAD: &str = "t,body,position_x,position_y,position_z\n";
 const CONTACTS: &str = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n";
@@ -119,8 +110,7 @@ fn stone(node: &Value, channels: &[Channel]) -> Result<GltfNode, String> {
     let folder = tempfile::tempdir().unwrap();
     write_gltf(folder.path(), node, channels);
     let path = folder.path().join("a.gltf");
-    let mut motion =
-        read_gltf_motion(&path, &[], LengthUnit::default()).map_err(|error| error.to_string())?;
+    let mut motion = read_gltf_motion(&path, &[], FileUnits::default()).map_err(|error| error.to_string())?;
     motion.faults.first().map_or_else(|| Ok(motion.nodes.remove(0)), |fault| Err(fault.to_string()))
 }
 

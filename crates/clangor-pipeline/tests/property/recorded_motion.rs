@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::imported_motion::{folder, import};
+use crate::imported_motion::{folder, import, scene};
 use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::ContactKind;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
@@ -19,24 +19,15 @@ use parquet::schema::parser::parse_message_type;
 use serde_json::json;
 use tempfile::TempDir;
 
-const SCENE: &str = r#"version = 1
-[[body]]
-name = "ball"
-shape = "sphere:0.01"
-material = "steel"
-position = [0.0, 0.5, 0.0]
-[[body]]
+const SCENE: &str = scene!(
+    r#"[[body]]
 name = "anvil"
 shape = "box:0.1x0.1x0.1"
 material = "steel"
 position = [5.0, 0.05, 0.0]
 motion = "fixed"
-[[plane]]
-name = "floor"
-material = "granite"
-[[listener]]
-position = [0.3, 0.4, 0.4]
-"#;
+"#
+);
 const RATE: f64 = 240.0;
 const G: f64 = 9.80665;
 

@@ -6,15 +6,10 @@ use std::path::Path;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::stages::load::load_scene;
 
-use crate::imported_motion::{folder, import};
+use crate::imported_motion::{folder, import, scene};
 
-const SCENE: &str = r#"version = 1
-[[body]]
-name = "ball"
-shape = "sphere:0.01"
-material = "steel"
-position = [0.0, 0.5, 0.0]
-[[body]]
+const SCENE: &str = scene!(
+    r#"[[body]]
 name = "die"
 shape = "box:0.02x0.02x0.02"
 material = "plastic"
@@ -24,12 +19,8 @@ name = "block"
 shape = "box:0.02x0.02x0.02"
 material = "plastic"
 position = [2.0, 0.5, 0.0]
-[[plane]]
-name = "floor"
-material = "granite"
-[[listener]]
-position = [0.3, 0.4, 0.4]
-"#;
+"#
+);
 
 /// What is said of bodies that are at rest 1 m high, at these places along x \[m\] from the sixth frame to
 /// the last of these, and far apart otherwise.
@@ -72,13 +63,13 @@ fn property_contacts_and_short_overlaps_are_not_told() {
 const HEAD: &str = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,impulse_t_x,\
                     impulse_t_y,impulse_t_z,speed\n";
 
-fn list_notices(folder: &Path, text: &str) -> Vec<String> {
+fn list_warnings(folder: &Path, text: &str) -> Vec<String> {
     let loaded = load_scene(&folder.join("scene.toml"), &|_| ()).unwrap();
     fs::write(folder.join("list.csv"), format!("{HEAD}{text}")).unwrap();
     let out = folder.join("out.timeline");
     let imported = import_contacts(&loaded, &folder.join("list.csv"), ListedMotion::AtRest, &out, true);
-    let notices = imported.unwrap().notices;
-    notices.into_iter().filter(|notice| notice.contains("twice as loud")).collect()
+    let warnings = imported.unwrap().warnings;
+    warnings.into_iter().filter(|warning| warning.contains("twice as loud")).collect()
 }
 
 #[test]
@@ -88,12 +79,12 @@ fn property_contacts_that_a_list_has_twice_are_told_with_their_rows() {
     let exchanged = "0.1,die,ball,1,0.5,0,0,-1,0,0.01,-0.001,0,0,0.5\n";
     let other = "0.1,ball,die,1,0.5,0.001,0,1,0,0.01,0.001,0,0,0.5\n";
     let later = "0.2,ball,die,1,0.5,0,0,1,0,0.01,0.001,0,0,0.5\n";
-    let of = |rows: &[&str]| list_notices(folder.path(), &rows.concat());
+    let of = |rows: &[&str]| list_warnings(folder.path(), &rows.concat());
     assert_eq!(of(&[first, other, later]), [""; 0]);
-    assert!(of(&[first, other, first])[0].starts_with("row 4 and row 2 have"), "{:?}", of(&[first, first]));
-    assert!(of(&[later, exchanged, first])[0].starts_with("row 4 and row 3"));
+    assert!(of(&[first, other, first])[0].starts_with("row 4 repeats row 2: "), "{:?}", of(&[first, first]));
+    assert!(of(&[later, exchanged, first])[0].starts_with("row 4 repeats row 3: "));
     let many = of(&[first, later, first, exchanged, later]);
-    assert!(many[0].starts_with("3 rows are there twice; row 4 and row 2, the first"), "{many:?}");
+    assert!(many[0].starts_with("3 rows repeat others, first row 4, which repeats row 2: "), "{many:?}");
 }
 
 #[test]
@@ -102,10 +93,10 @@ fn property_contacts_that_two_lists_of_a_recording_share_are_told() {
     let list = format!("{HEAD}0.1,ball,floor,0,0,0,0,1,0,0.01,0,0,0,0.5\n");
     let folder = folder(SCENE, &[("a.csv", poses), ("one.csv", &list), ("two.csv", &list)]);
     let said = |lists: &[&str]| {
-        let notices = import(folder.path(), &["a.csv"], lists, false).unwrap().notices;
-        notices.into_iter().find(|notice| notice.contains("twice as loud"))
+        let warnings = import(folder.path(), &["a.csv"], lists, false).unwrap().warnings;
+        warnings.into_iter().find(|warning| warning.contains("twice as loud"))
     };
     assert_eq!(said(&["one.csv"]), None);
     let said = said(&["one.csv", "two.csv"]).unwrap();
-    assert!(said.contains("two.csv: row 2 and row 2 of ") && said.contains("one.csv have"), "{said}");
+    assert!(said.contains("two.csv: row 2 repeats row 2 of ") && said.contains("one.csv: time"), "{said}");
 }

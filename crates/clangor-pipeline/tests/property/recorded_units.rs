@@ -5,30 +5,21 @@ use std::fs;
 use std::path::Path;
 
 use clangor_core::timeline::Timeline;
+use clangor_pipeline::formats::gltf_motion::read_gltf_motion;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
-use clangor_pipeline::motion::recording::{LengthUnit, TimeUnit};
+use clangor_pipeline::motion::file_units::FileUnits;
+use clangor_pipeline::motion::recording::{Frame, LengthUnit, TimeUnit};
 use clangor_pipeline::stages::load::load_scene;
 use parquet::basic::Compression;
 use serde_json::json;
 
-use crate::imported_motion::folder;
+use crate::imported_motion::{folder, scene};
 use crate::motion_input::{Channel, write_gltf};
 use crate::parquet_columns::write_alike;
 
-const SCENE: &str = r#"version = 1
-[[body]]
-name = "ball"
-shape = "sphere:0.01"
-material = "steel"
-position = [0.0, 0.5, 0.0]
-[[plane]]
-name = "floor"
-material = "granite"
-[[listener]]
-position = [0.3, 0.4, 0.4]
-"#;
+const SCENE: &str = scene!();
 const G: f64 = 9.80665;
 
 /// Height of a ball that falls from 0.5 m and bounces with half of its speed \[m\].
@@ -170,18 +161,61 @@ fn property_tables_of_parquet_and_gltf_files_are_held_against_gravity_too() {
 
 #[test]
 fn property_lists_that_last_far_longer_than_their_scene_are_told() {
-    let folder = folder(SCENE, &[]);
-    let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
-    let said = |times: &[f64]| {
+    let timed = SCENE.replacen('\n', "\n[simulation]\nduration = 3.0\n", 1);
+    let folder = folder(SCENE, &[("timed.toml", &timed)]);
+    let said_of = |scene: &str, times: &[f64]| {
+        let loaded = load_scene(&folder.path().join(scene), &|_| ()).unwrap();
         let row = |t: &f64| format!("{t},ball,floor,0,0,0,0,1,0,0.01,0.5\n");
         let head = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n";
         let (list, out) = (folder.path().join("list.csv"), folder.path().join("out.timeline"));
         fs::write(&list, head.to_string() + &times.iter().map(row).collect::<String>()).unwrap();
-        let notices = import_contacts(&loaded, &list, ListedMotion::AtRest, &out, true).unwrap().notices;
-        notices.into_iter().find(|notice| notice.contains("the scene lasts 2 s"))
+        let warnings = import_contacts(&loaded, &list, ListedMotion::AtRest, &out, true).unwrap().warnings;
+        let wanted = format!("the scene lasts {} s", loaded.scene.simulation.duration);
+        warnings.into_iter().find(|warning| warning.contains(&wanted))
     };
+    let said = |times: &[f64]| said_of("scene.toml", times);
     assert_eq!(said(&[0.3, 0.9, 1.7]), None);
     assert_eq!(said(&[0.5, 20.5, 60.0]), None, "a long list of a scene without a duration");
     assert!(said(&[316.0, 900.5, 1700.25]).unwrap().contains("t = 1700.25 s (row 4)"));
-    assert!(said(&[7.0, 12.0, 19.0, 40.0]).unwrap().contains("all times are whole"));
+    // Whole times may be seconds, unless the scene says how long it lasts.
+    assert_eq!(said(&[7.0, 12.0, 19.0, 40.0]), None);
+    assert!(said(&[7.0, 12.0, 19.0, 240.0]).unwrap().contains("all times are whole"));
+    assert!(said_of("timed.toml", &[7.0, 12.0, 19.0, 40.0]).unwrap().contains("all times are whole"));
+    assert_eq!(said_of("timed.toml", &[7.0, 12.0, 19.5, 40.0]), None);
+}
+
+#[test]
+fn property_a_unit_of_time_counts_before_limits_and_between_the_keys_of_smooth_curves() {
+    // Keys from 0 to 8 s, in milliseconds and numbers of frames; tangents are per unit of the file.
+    let curve = |seconds: f64| {
+        let keys: Vec<f64> = (0..9).map(|k| f64::from(k) / seconds).collect();
+        let key = |k: i32| {
+            let tangent = (0.5 * seconds) as f32;
+            let height = 0.01 * (k % 3) as f32;
+            [[0.0, tangent, 0.0], [0.0, height, 0.0], [0.0, -tangent, 0.0]].concat()
+        };
+        let values = (0..9).flat_map(key).collect();
+        Channel { path: "translation", interpolation: "CUBICSPLINE", keys, values }
+    };
+    let frames = |seconds: f64| {
+        let folder = tempfile::tempdir().unwrap();
+        write_gltf(folder.path(), &json!({}), &[curve(seconds)]);
+        let units = FileUnits { time: TimeUnit { seconds }, ..FileUnits::default() };
+        let mut motion = read_gltf_motion(&folder.path().join("a.gltf"), &[], units).unwrap();
+        assert!(motion.faults.is_empty(), "{:?}", motion.faults);
+        assert_eq!(motion.first_key.unwrap().spacing, 1.0);
+        motion.nodes.remove(0).frames
+    };
+    let expected = frames(1.0);
+    assert_eq!(expected.len(), 8 * 240 + 1);
+    for seconds in [1e-3, 1.0 / 24.0] {
+        let found = frames(seconds);
+        assert_eq!(found.len(), expected.len(), "{seconds}");
+        let differ =
+            |(a, b): (&Frame, &Frame)| (a.time - b.time).abs().max(a.pose.position.distance(b.pose.position));
+        let largest = found.iter().zip(&expected).map(differ).fold(0.0, f64::max);
+        println!("unit of {seconds} s: times and places differ by {largest:.1e}");
+        // Tangents have 24 bits.
+        assert!(largest < 1e-7, "{seconds}: {largest}");
+    }
 }

@@ -1,7 +1,7 @@
 //! Whether hands and loads push bodies no farther within a time step than contacts can follow.
 //!
 //! ```text
-//! way in a step  x = ½ J Δt / m        angle  φ = ½ |I⁻¹ ΔH| Δt        J, ΔH: impulses within a step
+//! moved in a step  x = ½ J Δt / m        angle  φ = ½ |I⁻¹ ΔH| Δt        J, ΔH: impulses within a step
 //! ```
 //!
 //! The inertia I is that of the pose at the start.
@@ -19,8 +19,8 @@ use crate::error::{FarPush, SimulationError};
 
 /// Largest overlap allowed at the start \[m\].
 pub(super) const START_OVERLAP: f64 = 1e-4;
-/// Farthest way of a load in a step, over the bounding radius.
-const WAY: f64 = 0.25;
+/// Largest displacement by a load in a step, over the bounding radius.
+const DISPLACEMENT: f64 = 0.25;
 /// Largest angle of a load in a step \[rad\].
 const ANGLE: f64 = 1.0;
 /// Halvings of the range of steps.
@@ -33,8 +33,8 @@ const HALVINGS: usize = 50;
 pub(super) fn refuse_far_pushes(world: &World, time_step: f64) -> Result<(), SimulationError> {
     for body in &world.bodies {
         if let Motion::Guided(Guide { press: Some(press), .. }) = body.motion {
-            let way = |step: f64| 0.5 * press * step * step / body.mass;
-            check(body, ("hand", press, "N"), (&way, START_OVERLAP), time_step)?;
+            let displacement = |step: f64| 0.5 * press * step * step / body.mass;
+            check(body, ("hand", press, "N"), (&displacement, START_OVERLAP), time_step)?;
         }
     }
     for link in &world.links {
@@ -50,9 +50,10 @@ pub(super) fn refuse_far_pushes(world: &World, time_step: f64) -> Result<(), Sim
         };
         let size =
             |points: &[(f64, DVec3)]| points.iter().map(|(_, value)| value.length()).fold(0.0, f64::max);
-        let farthest = WAY * body.surface.bounding_radius();
-        let way = |step: f64| 0.5 * step * in_step(force, step, &|impulse| impulse.length()) / body.mass;
-        check(body, ("force", size(force.points()), "N"), (&way, farthest), time_step)?;
+        let farthest = DISPLACEMENT * body.surface.bounding_radius();
+        let displacement =
+            |step: f64| 0.5 * step * in_step(force, step, &|impulse| impulse.length()) / body.mass;
+        check(body, ("force", size(force.points()), "N"), (&displacement, farthest), time_step)?;
         let turn = DMat3::from_quat(body.pose.orientation);
         let answer = turn * body.inertia.inverse() * turn.transpose();
         let angle = |step: f64| 0.5 * step * in_step(torque, step, &|momentum| (answer * momentum).length());
@@ -61,34 +62,34 @@ pub(super) fn refuse_far_pushes(world: &World, time_step: f64) -> Result<(), Sim
     Ok(())
 }
 
-/// Refuses what moves a body within a step farther than `most`: `way_in` is the way in a step of a length
-/// \[s\].
+/// Refuses what moves a body within a step farther than `most`: `moved_in` is the displacement, or the angle,
+/// in a step of a length \[s\].
 fn check(
     body: &Body,
     (what, size, unit): (&'static str, f64, &'static str),
-    (way_in, most): (&dyn Fn(f64) -> f64, f64),
+    (moved_in, most): (&dyn Fn(f64) -> f64, f64),
     time_step: f64,
 ) -> Result<(), SimulationError> {
-    let way = way_in(time_step);
+    let moved = moved_in(time_step);
     // A body without a finite mass does not move.
-    if way <= most || !way.is_finite() {
+    if moved <= most || !moved.is_finite() {
         return Ok(());
     }
-    // The longest step that would do, by halving: the way grows with the step.
+    // The longest step that would do, by halving: the displacement grows with the step.
     let (mut longest, mut too_long) = (0.0, time_step);
     for _ in 0..HALVINGS {
         let step = 0.5 * (longest + too_long);
-        *(if way_in(step) <= most { &mut longest } else { &mut too_long }) = step;
+        *(if moved_in(step) <= most { &mut longest } else { &mut too_long }) = step;
     }
-    let way_unit = if unit == "N" { "m" } else { "rad" };
+    let moved_unit = if unit == "N" { "m" } else { "rad" };
     let body = body.name.clone();
     Err(SimulationError::PushedTooFar(Box::new(FarPush {
         body,
         what,
         size,
         unit,
-        way,
-        way_unit,
+        moved,
+        moved_unit,
         time_step,
         longest,
     })))

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use clangor_pipeline::formats::gltf_motion::{GltfMotion, GltfNode, read_gltf_motion};
-use clangor_pipeline::motion::recording::LengthUnit;
+use clangor_pipeline::motion::file_units::{FileUnits, LengthUnit};
 use clangor_pipeline::stages::load::mesh_geometry;
 use serde_json::{Value, json};
 
@@ -17,7 +17,8 @@ pub(super) fn read(path: &Path, scale: f64) -> Option<GltfMotion> {
         return None;
     }
     // Other files are reported where the surface is read.
-    read_gltf_motion(path, &[], LengthUnit { metres: scale }).ok().filter(|motion| motion.has_animation)
+    let units = FileUnits { length: LengthUnit { metres: scale }, ..FileUnits::default() };
+    read_gltf_motion(path, &[], units).ok().filter(|motion| motion.has_animation)
 }
 
 pub(super) fn report(path: &Path, motion: &GltfMotion, console: &Console) -> Result<(), Failure> {

@@ -2,6 +2,7 @@
 
 use super::{Entries, Entry, LineFault, Parsed, is_part_of};
 use crate::formats::column_names::{listed, meant};
+use crate::formats::record_table::PANDAS_INDEX;
 use crate::formats::separated_values::SeparatedValues;
 
 /// Where a value of a column goes.
@@ -21,6 +22,8 @@ pub(super) enum Column {
     Depth,
     EffectiveMass,
     ImpactId,
+    /// The numbers of the rows, as pandas has them.
+    RowNumber,
 }
 
 pub(super) const COLUMNS: [(&str, Column); 24] = [
@@ -66,7 +69,7 @@ pub(super) fn parse(text: &str) -> Parsed {
                 header = Some((lines, parse_header(&names).map_err(wrong)?));
             }
             Some((lines, columns)) => {
-                let values = lines.next(line).map_err(divided)?;
+                let values = lines.next(line, number as u64).map_err(divided)?;
                 entries.push((number, parse_entry(columns, &values).map_err(wrong)?));
             }
         }
@@ -79,6 +82,10 @@ pub(super) fn parse(text: &str) -> Parsed {
 pub(super) fn parse_header(names: &[String]) -> Result<Vec<(&'static str, Column)>, LineFault> {
     let mut columns: Vec<(&'static str, Column)> = Vec::new();
     for name in names {
+        if name == PANDAS_INDEX {
+            columns.push((PANDAS_INDEX, Column::RowNumber));
+            continue;
+        }
         let known = COLUMNS.iter().find(|(known, _)| known == name);
         let unknown = || LineFault::Unknown { name: name.clone(), remedy: remedy(name, names) };
         let (name, column) = *known.ok_or_else(unknown)?;
@@ -146,6 +153,7 @@ pub(super) fn parse_entry(columns: &[(&'static str, Column)], values: &[String])
                 entry.effective_mass = Some(mass);
             }
             Column::ImpactId => entry.impact_id = Some(text.parse().map_err(|_| wrong())?),
+            Column::RowNumber => {}
         }
     }
     Ok(entry)

@@ -1,8 +1,10 @@
 //! JSON lines: one object per line, vectors as lists of three numbers, bodies as names or numbers.
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::{Entries, Entry, LineFault, Parsed};
+use crate::formats::calendar_times::remedy;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -21,6 +23,9 @@ struct Fields {
     depth: Option<f64>,
     effective_mass: Option<f64>,
     impact_id: Option<u64>,
+    /// The number of the row, as pandas has it.
+    #[serde(rename = "__index_level_0__")]
+    _row_number: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -72,8 +77,8 @@ fn entry(fields: Fields) -> Entry {
 }
 
 fn fault(error: &serde_json::Error) -> LineFault {
-    // The line that serde_json counts is always the first; ours is told by the caller.
+    // The line that serde_json counts is always the first; the caller adds ours.
     let text = error.to_string();
-    let reason = text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason).into();
-    LineFault::Syntax { column: error.column(), reason }
+    let reason = text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason);
+    LineFault::Syntax { column: error.column(), reason: format!("{reason}{}", remedy("t", reason)) }
 }

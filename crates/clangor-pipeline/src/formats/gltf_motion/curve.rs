@@ -1,4 +1,6 @@
 //! Animation curves of a node: translation, rotation and scale over time, as the format defines them.
+//!
+//! Times become seconds as they are read, and tangents, which are per unit of time of the file, per second.
 
 use glam::{DQuat, DVec3, DVec4};
 
@@ -6,7 +8,7 @@ use super::NodeFault;
 use super::key_times::KeyFrames;
 use crate::formats::mesh_reader::MeshFault;
 use crate::formats::mesh_reader::gltf::document::{Accessor, Animation, Channel, GltfFile};
-use crate::motion::recording::MAX_TIME;
+use crate::motion::recording::{MAX_TIME, TimeUnit};
 
 /// How values lie between keys.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +18,7 @@ pub(super) enum Interpolation {
     Cubic,
 }
 
-/// A property over time; of cubic curves each key has its in-tangent, value and out-tangent.
+/// A property over time \[s\]; of cubic curves each key has its in-tangent \[1/s\], value and out-tangent.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
     pub(super) times: Vec<f64>,
@@ -34,10 +36,10 @@ pub(super) struct Curves {
 }
 
 impl Curves {
-    /// Those of a node in all animations of the file, whose keys lie on `frames`.
+    /// Those of a node in all animations of the file, which is in this unit, and whose keys lie on `frames`.
     pub(super) fn of_node(
         file: &GltfFile,
-        frames: Option<&KeyFrames>,
+        (unit, frames): (TimeUnit, Option<&KeyFrames>),
         node: usize,
     ) -> Result<Self, NodeFault> {
         let mut curves = Curves::default();
@@ -52,7 +54,7 @@ impl Curves {
                 if place.is_some() {
                     return Err(NodeFault::TwoAnimations { path });
                 }
-                *place = Some(read(file, animation, channel, path, frames)?);
+                *place = Some(read(file, (animation, channel), path, (unit, frames))?);
             }
         }
         Ok(curves)
@@ -78,10 +80,9 @@ impl Curves {
 
 fn read(
     file: &GltfFile,
-    animation: &Animation,
-    channel: &Channel,
+    (animation, channel): (&Animation, &Channel),
     path: &'static str,
-    frames: Option<&KeyFrames>,
+    (TimeUnit { seconds }, frames): (TimeUnit, Option<&KeyFrames>),
 ) -> Result<Curve, NodeFault> {
     let fault = |reason: String| NodeFault::Curve { path, reason };
     let sampler = animation.samplers.get(channel.sampler);
@@ -96,12 +97,12 @@ fn read(
         file.document.accessors.get(index).ok_or_else(|| fault("an accessor does not exist".into()))
     };
     let refused = |error: MeshFault| fault(error.to_string());
-    let times: Vec<f64> =
-        file.numbers::<1>(accessor(sampler.input)?).map_err(refused)?.map(|[time]| time).collect();
+    let times = file.numbers::<1>(accessor(sampler.input)?).map_err(refused)?;
+    let times: Vec<f64> = times.map(|[time]| time * seconds).collect();
     let output = accessor(sampler.output)?;
     let is_rotation = path == "rotation";
     let values = if is_rotation { vectors::<4>(file, output) } else { vectors::<3>(file, output) };
-    let values = values.map_err(refused)?;
+    let mut values = values.map_err(refused)?;
     let per_key = if interpolation == Interpolation::Cubic { 3 } else { 1 };
     if times.is_empty() || values.len() != per_key * times.len() {
         return Err(fault(format!("it has {} times, but {} values", times.len(), values.len())));
@@ -114,7 +115,16 @@ fn read(
     }
     if let Some(key) = times.iter().position(|time| !(0.0..=MAX_TIME).contains(time)) {
         let time = times[key];
-        return Err(fault(format!("key {key} is at t = {time} s; times run from 0 to {MAX_TIME} s")));
+        return Err(fault(format!(
+            "key {key} is at t = {time} s; times run from 0 to {MAX_TIME} s; times in milliseconds need \
+             --time-scale 0.001"
+        )));
+    }
+    if interpolation == Interpolation::Cubic {
+        values.chunks_exact_mut(3).for_each(|key| {
+            key[0] /= seconds;
+            key[2] /= seconds;
+        });
     }
     let times = frames.map_or_else(|| times.clone(), |frames| frames.exact(&times));
     Ok(Curve { times, interpolation, values, is_rotation })

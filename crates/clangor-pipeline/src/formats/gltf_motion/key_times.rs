@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 
 use crate::formats::mesh_reader::gltf::document::GltfFile;
+use crate::motion::file_units::TimeUnit;
 
 /// Rounding of a time in 32 bits: relative, and of the smallest \[s\].
 const ROUNDING: (f64, f64) = (2.5e-7, 1e-8);
@@ -27,14 +28,14 @@ pub(super) struct KeyFrames {
 }
 
 impl KeyFrames {
-    /// Those of the curve with most keys that has a constant rate or a common one.
-    pub(super) fn of_file(file: &GltfFile) -> Option<Self> {
+    /// Those of the curve with most keys that has a constant rate or a common one, of a file in this unit.
+    pub(super) fn of_file(file: &GltfFile, TimeUnit { seconds }: TimeUnit) -> Option<Self> {
         let document = &file.document;
         let samplers = document.animations.iter().flat_map(|animation| &animation.samplers);
         let inputs: BTreeSet<usize> = samplers.map(|sampler| sampler.input).collect();
         let times = |index: &usize| -> Option<Vec<f64>> {
             let accessor = document.accessors.get(*index)?;
-            let times: Vec<f64> = file.numbers::<1>(accessor).ok()?.map(|[time]| time).collect();
+            let times: Vec<f64> = file.numbers::<1>(accessor).ok()?.map(|[time]| time * seconds).collect();
             let rises = times.windows(2).all(|pair| pair[0] < pair[1]);
             (times.len() > 2 && rises && times.iter().all(|time| time.is_finite())).then_some(times)
         };

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use parquet::basic::{ConvertedType, LogicalType};
+use parquet::basic::{ConvertedType, LogicalType, Type as PhysicalType};
 use parquet::column::reader::ColumnReader;
 use parquet::data_type::ByteArray;
 use parquet::errors::ParquetError;
@@ -36,10 +36,12 @@ pub(super) fn read<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error
         let is_leaf =
             |column: &ColumnDescriptor| column.path().string() == *name && column.max_rep_level() == 0;
         let leaf = (0..schema.num_columns()).find(|leaf| is_leaf(&schema.column(*leaf)));
-        let leaf = leaf.filter(|leaf| is_plain(&schema.column(*leaf)));
-        let leaf =
-            leaf.ok_or_else(|| RecordTableError::ColumnType { path: path.into(), column: name.clone() })?;
-        leaves.push((leaf, place));
+        let (column, path) = (name.clone(), path.to_path_buf());
+        match leaf.map(|leaf| (leaf, kind(&schema.column(leaf)))) {
+            Some((leaf, Kind::Plain)) => leaves.push((leaf, place)),
+            Some((_, Kind::Calendar)) => return Err(RecordTableError::Calendar { path, column }.into()),
+            _ => return Err(RecordTableError::ColumnType { path, column }.into()),
+        }
     }
     let mut cells = vec![Cell::Empty; sink.known().len()];
     let mut row = 0;
@@ -75,27 +77,43 @@ fn guarded<T>(path: &Path, decode: impl FnOnce() -> Result<T, ParquetError>) -> 
     }
 }
 
-/// Whether a column has numbers or texts, and no dates or decimals.
-fn is_plain(column: &ColumnDescriptor) -> bool {
+/// What a column holds.
+enum Kind {
+    /// Numbers or texts.
+    Plain,
+    /// Dates, times of a clock, or durations with a type of their own.
+    Calendar,
+    /// Anything else, such as decimals.
+    Other,
+}
+
+fn kind(column: &ColumnDescriptor) -> Kind {
     use LogicalType as Logical;
-    let is_known = |logical: &LogicalType| {
-        matches!(
-            logical,
-            Logical::Integer { .. } | Logical::String | Logical::Enum | Logical::Float16 | Logical::Unknown
-        )
-    };
-    let converted = column.converted_type();
-    let is_dated = matches!(
-        converted,
-        ConvertedType::DATE
-            | ConvertedType::DECIMAL
+    match (column.logical_type_ref(), column.converted_type()) {
+        (
+            Some(
+                Logical::Integer { .. }
+                | Logical::String
+                | Logical::Enum
+                | Logical::Float16
+                | Logical::Unknown,
+            ),
+            _,
+        ) => Kind::Plain,
+        (Some(Logical::Date | Logical::Time { .. } | Logical::Timestamp { .. }), _)
+        | (
+            None,
+            ConvertedType::DATE
             | ConvertedType::TIME_MILLIS
             | ConvertedType::TIME_MICROS
             | ConvertedType::TIMESTAMP_MILLIS
             | ConvertedType::TIMESTAMP_MICROS
-            | ConvertedType::INTERVAL
-    );
-    column.logical_type_ref().map_or(!is_dated, is_known)
+            | ConvertedType::INTERVAL,
+        ) => Kind::Calendar,
+        (None, _) if column.physical_type() == PhysicalType::INT96 => Kind::Calendar,
+        (Some(_), _) | (None, ConvertedType::DECIMAL) => Kind::Other,
+        (None, _) => Kind::Plain,
+    }
 }
 
 /// A column with the values of one batch, those that are null left out.
@@ -183,6 +201,7 @@ impl Batch {
                 }
                 records
             }
+            // Columns of dates have been refused.
             ColumnReader::Int96ColumnReader(_) => {
                 return Err(ParquetError::General("a column has a date".into()));
             }

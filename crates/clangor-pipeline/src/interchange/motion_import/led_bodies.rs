@@ -1,5 +1,6 @@
 //! Bodies of a table that the scene holds or leads.
 //!
+//! A body that a hand leads in the scene moves as recorded, and freely, since forces may move it too.
 //! A table of a whole scene, such as the poses of a timeline, lists these bodies too. Where it has them as
 //! the scene does, their rows say nothing new and are left out; elsewhere the table contradicts the scene.
 
@@ -9,32 +10,37 @@ use clangor_core::body::{Body, Motion};
 use clangor_core::pose::Pose;
 
 use super::MotionImportError;
+use crate::motion::frame_checks::check_numbers;
 use crate::motion::recording::Frame;
 
 /// Largest difference of a pose from that of the scene: \[m\] and \[rad\].
 const SAME: (f64, f64) = (1e-3, 1e-2);
 
 /// Whether a frame of a body that the scene holds or leads is that of the scene. Frames of free bodies and of
-/// those that a hand lets go are not.
-pub(super) fn is_of_scene(body: &Body, frame: &Frame) -> bool {
+/// those that a hand leads are not.
+///
+/// # Errors
+/// [`MotionImportError::Recording`] for numbers that no pose has.
+pub(super) fn is_of_scene(body: &Body, frame: &Frame, path: &Path) -> Result<bool, MotionImportError> {
+    let mut frame = *frame;
     let scene: Pose = match &body.motion {
         Motion::Fixed => body.pose,
         Motion::Keyframed(track) => track.sample(frame.time).0,
-        Motion::Free | Motion::Guided(_) => return false,
+        Motion::Free | Motion::Guided(_) => return Ok(false),
     };
-    let Pose { position, orientation } = frame.pose;
-    let orientation = orientation.normalize();
+    check_numbers(&body.name, &mut frame)
+        .map_err(|error| MotionImportError::Recording { path: path.into(), error })?;
     let (away, turned) = SAME;
-    scene.position.distance(position) <= away
-        && scene.rotation_to(&Pose { position, orientation }).length() <= turned
+    let is_near = scene.position.distance(frame.pose.position) <= away;
+    Ok(is_near && scene.rotation_to(&frame.pose).length() <= turned)
 }
 
 /// Refuses a body that the scene holds or moves, and one that no impulse could move.
 pub(super) fn check_movable(body: &Body, path: &Path) -> Result<(), MotionImportError> {
     let motion = match body.motion {
-        Motion::Free => None,
+        Motion::Free | Motion::Guided(_) => None,
         Motion::Fixed => Some("fixed"),
-        Motion::Keyframed(_) | Motion::Guided(_) => Some("moved by keyframes"),
+        Motion::Keyframed(_) => Some("moved by keyframes"),
     };
     let name = || body.name.clone();
     if let Some(motion) = motion {

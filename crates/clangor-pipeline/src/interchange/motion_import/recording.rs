@@ -37,6 +37,8 @@ pub(super) struct Recording {
     pub(super) held: Vec<BodyId>,
     /// Diameter of the smallest body that has its size from a file and moves \[m\].
     pub(super) smallest: Option<f64>,
+    /// All of them.
+    known: BTreeSet<BodyId>,
 }
 
 /// What the glTF files of a recording have in common.
@@ -101,8 +103,7 @@ fn read_gltf_files(
     let mut left_out = BTreeSet::new();
     let mut faults = GltfBodyFaults::default();
     for path in &files.gltf {
-        let mut motion = read_gltf_motion(path, &files.leave_out, files.unit)?;
-        motion.scale_times(files.time_unit);
+        let mut motion = read_gltf_motion(path, &files.leave_out, files.units())?;
         left_out.append(&mut motion.left_out);
         gltf.has_animation |= motion.has_animation;
         let mut nodes = add_nodes(world, materials, motion, remarks);
@@ -144,7 +145,7 @@ impl Recording {
     ) -> Result<(), MotionImportError> {
         let id = body.body;
         let described = &mut world.bodies[id.index()];
-        if self.recorded.iter().any(|other| other.body == id) {
+        if self.known.contains(&id) {
             return Err(MotionImportError::Twice { path: path.into(), body: described.name.clone() });
         }
         check_movable(described, path)?;
@@ -162,6 +163,7 @@ impl Recording {
             described.motion = Motion::Keyframed(track);
             self.held.push(id);
         } else if !body.frames.is_empty() {
+            self.known.insert(id);
             self.recorded.push(body);
             self.checks.push((id, checks));
             self.paths.push(path.into());
@@ -170,9 +172,12 @@ impl Recording {
     }
 }
 
-/// Starts a body as its first frames move it.
+/// Starts a body as its first frames move it, without the hand that leads it in the scene.
 pub(super) fn start(body: &mut Body, frames: &[Frame]) {
     let Some(first) = frames.first() else { return };
+    if matches!(body.motion, Motion::Guided(_)) {
+        body.motion = Motion::Free;
+    }
     if body.life.birth <= 0.0 {
         body.pose = first.pose;
     }
@@ -196,7 +201,11 @@ fn read_poses(
             frame.time *= files.time_unit.seconds;
             frame_of.place(body, frame);
         }
-        if frames.iter().all(|frame| is_of_scene(described, frame)) {
+        let mut is_led = true;
+        for frame in &frames {
+            is_led = is_led && is_of_scene(described, frame, path)?;
+        }
+        if is_led {
             continue;
         }
         bodies.push(RecordedBody { body, frames, group: None });

@@ -1,4 +1,4 @@
-//! Second reading of a table of poses: impacts part by part, and poses as they come.
+//! Second reading of a table of poses: impacts part by part, found or of lists, and poses as they come.
 
 use std::path::Path;
 
@@ -7,6 +7,7 @@ use clangor_core::timeline::TimelineSink;
 
 use super::falls::fall_remarks;
 use super::lasting_log::{lasting_log, noise_of_bodies};
+use super::listed::{ListedContacts, span};
 use super::pose_rows::pose_rows;
 use super::recording::{FramesOfTable, start};
 use super::survey::{KEPT, MOST_STREAMED, StreamPlan, Survey};
@@ -49,10 +50,22 @@ pub(super) fn import_stream(
     let mut remarks: Vec<String> = notices(&checks, 0, &name).iter().map(ToString::to_string).collect();
     remarks.extend(unrecorded(&world, &recorded));
     let falls = fall_remarks(&world, files, (&checks, &vec![path; checks.len()]), None);
-    let log = lasting_log(loaded, files, &checks);
-    let noise = noise_of_bodies(&checks, world.bodies.len());
-    remarks.extend(log.remark.map(String::from));
-    let header = imported_header(loaded, world.clone(), "recorded motion", latest, log.step);
+    let mut warnings = falls.warnings;
+    let (mut step, mut latest, mut has_effective_mass) = (None, latest, false);
+    let contacts = if files.contacts.is_empty() {
+        let log = lasting_log(loaded, files, &checks);
+        remarks.extend(log.remark.map(String::from));
+        step = log.step;
+        let search = PartSearch::new(noise_of_bodies(&checks, world.bodies.len()), step.is_some());
+        Contacts::Searched(Box::new(search), FoundImpacts::default())
+    } else {
+        let mut lists = ListedContacts::read(&world, files, [span(&recorded)[0], latest])?;
+        latest = latest.max(lists.last_time());
+        has_effective_mass = lists.has_effective_mass();
+        warnings.append(&mut lists.warnings);
+        Contacts::Listed(lists)
+    };
+    let header = imported_header(loaded, world.clone(), "recorded motion", latest, step);
     let known_to = recorded.iter().map(|body| body.frames.last().map_or(0.0, |frame| frame.time)).collect();
     let mut stream = PoseStream {
         path,
@@ -69,33 +82,49 @@ pub(super) fn import_stream(
         written_to: 0.0,
         joints: 0,
         kept: 0,
-        search: PartSearch::new(noise, log.step.is_some()),
-        found: FoundImpacts::default(),
-        writer: TimelineWriter::create(output, &header, replace)?,
+        contacts,
+        writer: TimelineWriter::create_for_contacts(output, &header, replace, has_effective_mass)?,
     };
     scan_poses(path, &NamedBodies::of(&world), &mut stream)?;
     stream.part.to = f64::INFINITY;
     stream.finish_part()?;
-    let PoseStream { mut writer, found, search, recorded, joints, .. } = stream;
+    let PoseStream { mut writer, contacts, recorded, joints, .. } = stream;
     writer.extend_to_latest();
-    remarks.extend(found.remark(&world));
-    remarks.extend(search.sunk.notices(&world).iter().map(ToString::to_string));
-    remarks.extend(search.nested.notices(&world).iter().map(ToString::to_string));
+    let found = match contacts {
+        Contacts::Searched(search, found) => {
+            remarks.extend(found.remark(&world));
+            remarks.extend(search_remarks(&search, &world, (plan.part.to, joints)));
+            Some(found)
+        }
+        Contacts::Listed(lists) => {
+            remarks.extend(lists.remarks());
+            None
+        }
+    };
+    Ok(MotionSummary { rows: writer.finish()?, moved: recorded.len(), found, warnings, notices: remarks })
+}
+
+/// What should be known of a search in parts of a length \[s\] with so many joints.
+fn search_remarks(search: &PartSearch, world: &World, (length, joints): (f64, u64)) -> Vec<String> {
+    let sunk = search.sunk.notices(world).into_iter().map(|notice| notice.to_string());
+    let nested = search.nested.notices(world).into_iter().map(|notice| notice.to_string());
+    let mut remarks: Vec<String> = sunk.chain(nested).collect();
     if search.doubtful_joints > 0 {
         remarks.push(format!(
-            "the recording was searched in parts of {:.1} s; at {} of {joints} joints the parts agree on no \
-             impact: impacts there may differ from those of a search in one piece",
-            plan.part.to, search.doubtful_joints
+            "the recording was searched in parts of {length:.1} s; at {} of {joints} joints the parts agree \
+             on no impact: impacts there may differ from those of a search in one piece",
+            search.doubtful_joints
         ));
     }
-    let rows = writer.finish()?;
-    Ok(MotionSummary {
-        rows,
-        moved: recorded.len(),
-        found: Some(found),
-        warnings: falls.warnings,
-        notices: remarks,
-    })
+    remarks
+}
+
+/// Where the contacts of a stream come from.
+enum Contacts<'a> {
+    /// They are found in its motion.
+    Searched(Box<PartSearch>, FoundImpacts),
+    /// Lists have them.
+    Listed(ListedContacts<'a>),
 }
 
 /// A table on its way to a timeline.
@@ -118,8 +147,7 @@ struct PoseStream<'a> {
     joints: u64,
     /// Frames that are kept.
     kept: u64,
-    search: PartSearch,
-    found: FoundImpacts,
+    contacts: Contacts<'a>,
     writer: TimelineWriter,
 }
 
@@ -168,13 +196,19 @@ impl PoseStream<'_> {
     /// Searches the part, writes what is final, and forgets what the next part does not need.
     fn finish_part(&mut self) -> Result<(), MotionImportError> {
         let part = self.part;
-        let rows = self.search.search(self.world, &self.recorded, self.v_min, part);
-        self.found.extend(&rows);
+        let (contacts, states) = match &mut self.contacts {
+            Contacts::Searched(search, found) => {
+                let rows = search.search(self.world, &self.recorded, self.v_min, part);
+                found.extend(&rows);
+                (rows.contacts, rows.states)
+            }
+            Contacts::Listed(lists) => (lists.take_before(part.final_to(), &self.recorded)?, Vec::new()),
+        };
         let failed = |source| MotionImportError::Row { path: self.output.into(), source };
-        for row in &rows.contacts {
+        for row in &contacts {
             self.writer.contact(row).map_err(failed)?;
         }
-        for row in pose_rows(&self.recorded, &rows.states, self.written_to, part.final_to()) {
+        for row in pose_rows(&self.recorded, &states, self.written_to, part.final_to()) {
             self.writer.pose(&row).map_err(failed)?;
         }
         self.written_to = part.final_to();

@@ -68,7 +68,7 @@ pub(super) struct StreamPlan {
 }
 
 impl Survey {
-    /// How the table is read as a stream, in parts of a length \[s\]; `None` if it has to be kept in memory.
+    /// How the table is read as a stream; `None` if it has to be kept in memory.
     ///
     /// # Errors
     /// [`PoseTableError::Gap`] if it can be neither.
@@ -76,7 +76,7 @@ impl Survey {
         &self,
         path: &Path,
         world: &World,
-        part_length: Option<f64>,
+        files: &MotionFiles,
     ) -> Result<Option<StreamPlan>, MotionImportError> {
         if self.unsorted.is_some() || self.bodies.is_empty() {
             return Ok(None);
@@ -87,8 +87,10 @@ impl Survey {
         let gap = self.bodies.iter().map(|body| body.checks.longest()).fold(0.0, f64::max);
         let (times, longest) = OVERLAP_LONGEST;
         let overlap = (OVERLAP_FRAMES * frame).max(times * gap.min(longest)).max(OVERLAP_LEAST);
-        let length = part_length.unwrap_or(PART_POSES / rate).max(2.0 * overlap);
-        let lookahead = gap + self.late + LATE;
+        let length = files.part_length.unwrap_or(PART_POSES / rate).max(2.0 * overlap);
+        // The velocity at the frame after a listed contact takes the frame after that.
+        let ahead = if files.contacts.is_empty() { gap } else { 2.0 * gap };
+        let lookahead = ahead + self.late + LATE;
         if (length + 2.0 * overlap + lookahead).min(self.latest) * rate <= MAX_ROWS as f64 {
             let part = Part { from: 0.0, to: length, overlap };
             return Ok(Some(StreamPlan { part, lookahead }));
@@ -217,7 +219,7 @@ impl PoseSink for Surveyor<'_> {
         let described = &self.loaded.world.bodies[body.index()];
         self.frame_of.learn_centre(self.loaded, described, body, self.path)?;
         self.frame_of.place(body, &mut frame);
-        if is_of_scene(described, &frame) {
+        if is_of_scene(described, &frame, self.path)? {
             return Ok(());
         }
         let place = self.place(body)?;
@@ -259,7 +261,9 @@ mod tests {
     fn a_gap_that_would_fill_the_memory_is_refused() {
         let bodies = vec![Body::sphere("still", preset("steel").unwrap(), 0.01)];
         let world = World { bodies, links: Vec::new(), gravity: DVec3::NEG_Y };
-        let plan = |rows: u64, gap: f64| table(rows, gap).plan(Path::new("a.parquet"), &world, None);
+        let plan = |rows: u64, gap: f64| {
+            table(rows, gap).plan(Path::new("a.parquet"), &world, &MotionFiles::default())
+        };
         assert!(plan(86_400_000, 600.0).unwrap().is_some(), "ten minutes of 100 bodies at 240 Hz");
         assert!(plan(19_000_000, 3600.0).unwrap().is_some(), "all fits");
         let message = plan(86_400_000, 3000.0).unwrap_err().to_string();

@@ -83,7 +83,8 @@ def test_a_door_on_hinges_is_hit_with_its_inertia_about_them(tmp_path: Path) -> 
     rows = session.simulate().contacts
     (door,) = (body for body in session.bodies if body.name == "door")
     hits = (rows["kind"] == 0) & ~np.isnan(rows["effective_mass"])
-    point, normal = (np.array([rows[f"{name}_{axis}"][hits] for axis in "xyz"]) for name in ("point", "normal"))
+    names = ("point", "normal")
+    point, normal = (np.array([rows[f"{name}_{axis}"][hits] for axis in "xyz"]) for name in names)
     lever = point[2] * normal[0] - point[0] * normal[2]
     inertia = rows["effective_mass"][hits] * lever**2
     wanted = door.mass * ((0.8**2 + 0.04**2) / 12 + 0.405**2)

@@ -132,8 +132,8 @@ def check(what: str, cache: Path, serial: Serial, runs: list[Logging]) -> None:
     total, loops = (sum(run.seconds(which) for run in runs) for which in (0, 1))
     print(
         f"{what}: finished jobs {parts} s of CPU = {total / serial.seconds:.2f} of the serial "
-        f"{serial.seconds:.2f} s, and {loops:.2f} s of the executor's event loops; {lost} begun jobs lost, of "
-        f"{serial.seconds / BODIES:.2f} s each"
+        f"{serial.seconds:.2f} s, and {loops:.2f} s of the executor's event loops; {lost} begun jobs lost, "
+        f"of {serial.seconds / BODIES:.2f} s each"
     )
     assert entries(cache) == serial.entries
     kept = runs[0].kept

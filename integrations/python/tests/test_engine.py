@@ -327,11 +327,14 @@ def test_many_calls_do_not_grow() -> None:
             engine.render(out=block)
             engine.render(16)
 
+    # What a call leaves behind grows in every window; pages that the allocators keep grow in one.
     call(2000)
-    gc.collect()
-    before = resident()
-    call(10_000)
-    gc.collect()
-    grown = resident() - before
-    print(f"{grown / 1024:.0f} kB more after 10 000 calls")
-    assert grown < 1 << 20
+    grown = []
+    for _ in range(3):
+        gc.collect()
+        before = resident()
+        call(10_000)
+        gc.collect()
+        grown.append(resident() - before)
+    print(f"{', '.join(f'{size / 1024:.0f}' for size in grown)} kB more after 10 000 calls each")
+    assert min(grown) < 1 << 20

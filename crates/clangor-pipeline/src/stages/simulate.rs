@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use clangor_core::body::{Body, BodyId};
+use clangor_core::body::{Body, BodyId, Link};
 use clangor_core::glam::DVec3;
 use clangor_core::scene::Scene;
 use clangor_core::scene::diagnostic::Place;
@@ -189,13 +189,25 @@ pub fn simulate_to_folder(
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(SimulationReport, TimelineSummary), SimulateError> {
     let settings = simulation_settings(&loaded.scene, raw_log);
-    let mut folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
+    let mut folder = timeline_folder(loaded, &settings, path, replace)?;
     let mut reached = 0.0;
     let outcome = run(loaded, &settings, &mut folder, &mut watched(&mut reached, progress));
     match outcome {
         Ok(report) => Ok((report, folder.finish()?)),
         Err(error) => Err(kept(folder, error, reached)),
     }
+}
+
+/// A timeline folder; the rigid solver gives contacts of bodies on links an effective mass.
+fn timeline_folder(
+    loaded: &LoadedScene,
+    settings: &SimulationSettings,
+    path: &Path,
+    replace: bool,
+) -> Result<TimelineWriter, TimelineError> {
+    let is_rigid = solver(loaded) == SolverChoice::Rigid;
+    let linked = is_rigid && loaded.world.links.iter().any(|link| !matches!(link, Link::Load { .. }));
+    TimelineWriter::create_for_contacts(path, &header(loaded, settings), replace, linked)
 }
 
 /// Progress that is also noted.
@@ -232,7 +244,7 @@ pub fn simulate_and_keep(
     progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<(Timeline, SimulationReport), SimulateError> {
     let settings = simulation_settings(&loaded.scene, hears_rolling(loaded, followed));
-    let folder = TimelineWriter::create(path, &header(loaded, &settings), replace)?;
+    let folder = timeline_folder(loaded, &settings, path, replace)?;
     let mut both = Both { folder, impacts: ImpactLog::of(followed) };
     let mut reached = 0.0;
     let outcome = run(loaded, &settings, &mut both, &mut watched(&mut reached, progress));

@@ -90,6 +90,11 @@ impl BlockPoint {
         }
     }
 
+    /// Its bodies and their arms \[m\].
+    fn ends(&self) -> [(usize, DVec3); 2] {
+        [(self.a, self.arm_a), (self.b, self.arm_b)]
+    }
+
     /// Solves this point with all others held fixed. Returns the largest change of velocity \[m/s\].
     ///
     /// A point of a linkage takes `share` of what is missing: joints make several points block one motion,
@@ -97,7 +102,7 @@ impl BlockPoint {
     fn relax(&mut self, moving: &mut [Mover], reactions: &mut Reactions, share: f64) -> f64 {
         let linked = reactions.holds(self.a) || reactions.holds(self.b);
         let share = if linked { share } else { 1.0 };
-        let ends = [(self.a, self.arm_a), (self.b, self.arm_b)];
+        let ends = self.ends();
         let relative = |m: &[Mover]| m[self.a].velocity_at(self.arm_a) - m[self.b].velocity_at(self.arm_b);
         let push = |moving: &mut [Mover], reactions: &mut Reactions, impulse: DVec3| {
             let (on_a, on_b) = (self.arm_a.cross(impulse), self.arm_b.cross(-impulse));
@@ -211,8 +216,7 @@ impl Block {
                 let restitution = if spent { 0.0 } else { law.at(approach) * ramp };
                 let mut inverse_mass = known.inverse_mass;
                 if self.reactions.holds(a) || self.reactions.holds(b) {
-                    let ends = [(a, known.arm_a), (b, known.arm_b)];
-                    inverse_mass = self.reactions.response(&movers, ends, normal).dot(normal);
+                    inverse_mass = self.reactions.response(&movers, known.ends(), normal).dot(normal);
                     // Joints hold the point: nothing can turn it back.
                     if inverse_mass <= HELD * known.inverse_mass {
                         continue;
@@ -267,6 +271,8 @@ impl Block {
         let block = &mut self.points;
         block.retain(|p| p.impulse_n > 0.0);
         block.sort_by_key(|p| (scene.pairs[p.pair].key.a, scene.pairs[p.pair].key.b));
+        let pushed: Vec<_> = block.iter().map(|p| (p.ends(), p.normal)).collect();
+        let masses = self.reactions.effective_masses(&before, &pushed);
         let mut k = 0;
         while k < block.len() {
             let key = scene.pairs[block[k].pair].key;
@@ -291,6 +297,7 @@ impl Block {
                     impulse_t: p.impulse_t,
                     couple: DVec3::ZERO,
                     velocity: p.before,
+                    effective_mass: masses[k],
                 };
                 let (a, b) = ((key.a, p.arm_a), (key.b, p.arm_b));
                 scene.log.impulse(Impulse::between(a, b, ContactKind::Impact, time, impulse));

@@ -246,6 +246,7 @@ impl ContactPhase {
                 impulse_t: row.tangential(),
                 couple: row.couple,
                 velocity: row.before,
+                effective_mass: Some(row.mass[0]).filter(|mass| row.linked && *mass > 0.0),
             };
             let key = pairs[row.pair].key;
             let (a, b) = ((key.a, row.arm_a), (key.b, row.arm_b));

@@ -45,6 +45,11 @@ impl Row {
         !self.released && self.rope.is_none_or(|rope| rope.pulls)
     }
 
+    /// Whether it is a rope that pulls.
+    pub(super) fn is_tensed(&self) -> bool {
+        self.rope.is_some() && self.impulse < 0.0
+    }
+
     /// What its give adds to the diagonal of A \[1/kg\].
     fn softness(&self) -> f64 {
         self.give.map_or(0.0, |give| give.softness)

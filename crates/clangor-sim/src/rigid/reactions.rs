@@ -165,6 +165,40 @@ impl Reactions {
         felt(0) - felt(1)
     }
 
+    /// Effective masses \[kg\] of contacts along their normals, after a solve: with the reactions of joints,
+    /// and of the ropes that pull in it; `None` where no body of a contact has joints.
+    pub(super) fn effective_masses(
+        &mut self,
+        movers: &[Mover],
+        contacts: &[([(usize, DVec3); 2], DVec3)],
+    ) -> Vec<Option<f64>> {
+        let tensed = self.rows.iter().any(Row::is_tensed);
+        if tensed {
+            self.let_ropes_pull(movers, Row::is_tensed);
+        }
+        let mass = |&(ends, normal): &([(usize, DVec3); 2], DVec3)| {
+            ends.iter().any(|end| self.holds(end.0)).then(|| {
+                let alone = ends.map(|(mover, arm)| movers[mover].inverse_mass_at(arm, normal));
+                let inverse = self.response(movers, ends, normal).dot(normal);
+                inverse.max(HELD * (alone[0] + alone[1])).recip()
+            })
+        };
+        let masses = contacts.iter().map(mass).collect();
+        if tensed {
+            self.let_ropes_pull(movers, |_| false);
+        }
+        masses
+    }
+
+    /// Of all ropes, those chosen react like rods.
+    fn let_ropes_pull(&mut self, movers: &[Mover], chosen: impl Fn(&Row) -> bool) {
+        for row in &mut self.rows {
+            let pulls = chosen(row);
+            row.rope.iter_mut().for_each(|rope| rope.pulls = pulls);
+        }
+        (0..self.solved.len()).for_each(|slot| self.factorize(slot, movers));
+    }
+
     /// A mover, at rest before, after these impulses and the reactions to them.
     fn felt(&self, movers: &[Mover], mover: usize, kicks: &[Kick]) -> Mover {
         let mut still = movers[mover].still();
@@ -265,7 +299,7 @@ impl Reactions {
 
     /// Impulses of the ropes that pull, by joint, for the next step to begin with.
     pub(super) fn tensions(&self) -> Vec<(usize, f64)> {
-        let pulling = self.rows.iter().filter(|row| row.rope.is_some() && row.impulse < 0.0);
+        let pulling = self.rows.iter().filter(|row| row.is_tensed());
         pulling.map(|row| (row.joint, row.impulse)).collect()
     }
 

@@ -39,6 +39,8 @@ pub(super) struct ContactImpulse {
     pub(super) couple: DVec3,
     /// Velocity of A relative to B at the point before the impulse \[m/s\].
     pub(super) velocity: DVec3,
+    /// Of bodies on joints: that with the reactions of the joints \[kg\].
+    pub(super) effective_mass: Option<f64>,
 }
 
 impl Impulse {
@@ -50,7 +52,8 @@ impl Impulse {
         time: f64,
         impulse: ContactImpulse,
     ) -> Self {
-        let ContactImpulse { point, normal, depth, impulse_n, impulse_t, couple, velocity } = impulse;
+        let ContactImpulse { point, normal, depth, impulse_n, impulse_t, couple, velocity, effective_mass } =
+            impulse;
         let row = ContactRow {
             time,
             body_a: BodyId(a),
@@ -64,7 +67,7 @@ impl Impulse {
             velocity,
             depth,
             impact_id: 0,
-            effective_mass: None,
+            effective_mass,
         };
         Impulse { row, arm_a, arm_b }
     }

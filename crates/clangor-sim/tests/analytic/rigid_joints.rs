@@ -224,6 +224,59 @@ fn an_impact_on_a_hung_bar_is_that_of_a_body_with_a_fixed_axis() {
     assert!(bar_error.abs() < 1e-6 && ball_error.abs() < 1e-6, "{bar_error:.2e}, {ball_error:.2e}");
 }
 
+/// A bar on a hinge falls on a post, bounces and comes to rest: m = I / r² at every point and time.
+#[test]
+fn the_effective_mass_of_a_hinged_bar_is_its_inertia_about_the_hinge_over_the_square_of_the_lever() {
+    let (mut world, _, about_pivot) = hung_bar(0.5 * PI);
+    let mut post = solid("post", &material(7850.0, 0.5, 0.3, 0.0), &[cuboid(DVec3::new(0.02, 0.05, 0.02))]);
+    post.pose.position = DVec3::new(0.35, -0.0605, 0.0);
+    post.motion = Motion::Fixed;
+    world.bodies.push(post);
+    let (mut counts, mut worst) = ([0; 2], 0.0_f64);
+    run(&world, 0.3, &mut |_, log| {
+        for row in log.impulses().iter().map(|impulse| impulse.row) {
+            let kind = [ContactKind::Impact, ContactKind::Contact].iter().position(|kind| *kind == row.kind);
+            let Some(kind) = kind else { continue };
+            counts[kind] += 1;
+            let lever = row.point.cross(row.normal).z;
+            let error = row.effective_mass.unwrap() * lever * lever / about_pivot - 1.0;
+            worst = worst.max(error.abs());
+        }
+    });
+    println!("{} impact rows, {} contact rows, {worst:.1e}", counts[0], counts[1]);
+    assert!(counts.iter().all(|count| *count > 4), "{counts:?}");
+    // Residual seen: 5.5e-10, from the drift of the joint.
+    assert!(worst < 1e-8, "{worst:.2e}");
+}
+
+/// A ball hits one that hangs on a taut rope, obliquely: along the rope nothing gives way, if it is pulled.
+#[test]
+fn a_rope_takes_part_in_the_effective_mass_only_if_it_is_pulled() {
+    let metal = material(7850.0, 0.5, 0.0, 0.0);
+    for (height, rope) in [(1.0, true), (-1.0, false)] {
+        let [mut bob, mut bullet] = [ball(&metal, 0.02), ball(&metal, 0.01)];
+        let aside = DVec3::new(1.0, height, 0.0).normalize();
+        bullet.pose.position = aside * 0.0301;
+        bullet.velocity = aside * -2.0;
+        bob.pose.position = DVec3::ZERO;
+        let alone = 1.0 / bullet.mass + 1.0 / bob.mass;
+        // Across the rope, only sin² 45° of the bob's mobility is left.
+        let expected = if rope { 1.0 / bullet.mass + 0.5 / bob.mass } else { alone }.recip();
+        let mut world = world(vec![bob, bullet]);
+        world.gravity = DVec3::ZERO;
+        let length = 0.3;
+        world.links = vec![to_world(0, DVec3::ZERO, DVec3::Y * length, JointKind::Rope { length })];
+        let mut found = None;
+        run(&world, 2e-4, &mut |_, log| {
+            let impact = log.impulses().iter().find(|impulse| impulse.row.kind == ContactKind::Impact);
+            found = found.or(impact.and_then(|impulse| impulse.row.effective_mass));
+        });
+        let error = found.unwrap() / expected - 1.0;
+        println!("pulled {rope}: {error:.1e}");
+        assert!(error.abs() < 1e-6, "{rope}: {error:.2e}");
+    }
+}
+
 #[test]
 fn a_damped_hinge_slows_exponentially() {
     let (mut world, _, about_pivot) = hung_bar(0.0);

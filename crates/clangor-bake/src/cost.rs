@@ -63,8 +63,9 @@ const MOST_TRIANGLES: usize = 20_000;
 const CELL: [f64; 2] = [0.5, 30.0];
 /// Operations that cells take for each triangle that cuts them: seen 2 s for 82 000.
 const PER_TRIANGLE: f64 = 2.5e5;
-/// Nodes of a body whose walls meet at inner edges for an error of 1 %, in those for its waves, and the power of
-/// the error with which they fall. Seen: 7.4 (mug), 8.0 (jug), 9.2 (cup), 8.2 (bracket); 3.2 for 2 % of the mug.
+/// Nodes of a body whose walls meet at inner edges for an error of 1 %, in those for its waves, and the power
+/// of the error with which they fall. Seen: 7.4 (mug), 7.3 (jug), 9.2 (cup), 8.2 (bracket); 3.2 for 2 % of
+/// the mug.
 const HALVED_CELLS: f64 = 8.0;
 const HALVED_POWER: f64 = 1.2;
 /// Tetrahedra of an ellipsoid on the shortest wave, and their nodes for each cube of their edge.

@@ -375,8 +375,8 @@ mod tests {
         let [one, many] = [&whole, &cells].map(|cells| energy(cells, &bent));
         let turned = energy(&cells, &|x| DVec3::new(0.3, 0.5, 0.7).cross(x));
         println!("{:.1e} {:.1e}", one / many - 1.0, turned / many);
-        // Seen: 6.5e-11, of the stiffness outside the body, and 4e-16; 8e-4 and 2e-4 where hanging nodes follow
-        // another point.
+        // Seen: 6.5e-11, of the stiffness outside the body, and 4e-16; 8e-4 and 2e-4 where hanging nodes
+        // follow another point.
         assert!((one / many - 1.0).abs() < 1e-8 && turned.abs() < 1e-9 * many, "{one} {many} {turned:e}");
         for k in 0..300_u32 {
             let [x, z] = [0.00667 * f64::from(k), (0.37 * f64::from(k)).fract()];

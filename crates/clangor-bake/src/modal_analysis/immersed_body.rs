@@ -4,7 +4,7 @@
 //! Cells of order 4 are about half a bending wave long. The error of a frequency is estimated from order 3 on
 //! the same grid: the spaces are nested, so that both are too high, the lower order by more. Where walls meet
 //! at inner edges, less is gained by order 4, and the same difference means a larger error. There, cells are
-//! halved again and again where modes are resolved least ([`local_refinement`]); elsewhere all become smaller.
+//! halved again and again where modes are resolved least (`local_refinement`); elsewhere all become smaller.
 //!
 //! Where a body has mirror planes, the cells are on one side of them (see
 //! [`mirror_parities`](super::mirror_parities)). The other side then is the image of this one, noise of the
@@ -52,8 +52,8 @@ const CONVERGENCE: f64 = 4.0;
 /// dies away over √(Rt) from the edge, which is less than a cell. Seen: gains of 3.1 (first mode of an open
 /// box of 4 mm), 1.9 to 2.4 (tin of 80 × 60 × 0.8 mm); orders of 1.0 (bottle of 2 mm) to 1.4 (tin).
 const CREASED_GAIN: f64 = 2.2;
-/// The same of compact bodies, whose stress is singular there. Seen: gains of 1.55 (ball of 6 cm with a slot of
-/// 1 cm) and 1.8 (bracket).
+/// The same of compact bodies, whose stress is singular there. Seen: gains of 1.55 (ball of 6 cm with a slot
+/// of 1 cm) and 1.8 (bracket).
 const COMPACT_GAIN: f64 = 1.6;
 /// The same from order 2 to order 3.
 const DRAFT_GAIN: f64 = 3.0;

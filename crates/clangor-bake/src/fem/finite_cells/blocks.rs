@@ -1,5 +1,5 @@
-//! Stiffness and mass of the elements of a grid of cells: the parts of the body in cells, and the ties between
-//! them. Of a part with hanging nodes, they are those of the nodes that it depends on:
+//! Stiffness and mass of the elements of a grid of cells: the parts of the body in cells, and the ties
+//! between them. Of a part with hanging nodes, they are those of the nodes that it depends on:
 //!
 //! ```text
 //! K' = Tᵀ K T,    u = T U,    u: at the nodes of the cell, U: at those of the system

@@ -1,7 +1,7 @@
 //! Nodes on the faces between cells of different size: they follow the displacement of the larger cell.
 //!
 //! ```text
-//! u(x_n) = Σ_k N_k(x_n) U_k,    x_n: a node of the smaller cell, k: the nodes of the common face of the larger
+//! u(x_n) = Σ_k N_k(x_n) U_k,    x_n: a node of the smaller cell, k: nodes of the larger on the common face
 //! ```
 //!
 //! so that displacements are continuous. A part of the smaller cell follows that part of the larger one whose

@@ -47,7 +47,8 @@ pub(super) fn levels(
 pub(super) struct Element {
     /// Those of the system.
     pub(super) nodes: Vec<u32>,
-    /// Of each node of the cell: places in `nodes`, and weights. Where none hangs, they are `nodes` themselves.
+    /// Of each node of the cell: places in `nodes`, and weights. Where none hangs, they are `nodes`
+    /// themselves.
     pub(super) hanging: Option<Vec<Vec<(usize, f64)>>>,
 }
 

@@ -1,7 +1,9 @@
 //! In which cells the displacements of modes are resolved least.
 //!
 //! ```text
-//! η_c = (u − Π u)ᵀ K_c (u − Π u),    Π: interpolation of one order less,  K_c: stiffness of the body in cell c
+//! η_c = (u − Π u)ᵀ K_c (u − Π u)
+//!
+//! Π: interpolation of one order less,    K_c: stiffness of the body in cell c
 //! ```
 //!
 //! the elastic energy of the highest order in each cell. Where it is large, smaller cells lower the frequency

@@ -379,6 +379,8 @@ fn refined<B: RefinableDiscretization>(
         let (modes, accuracy) = (&spectrum.modes, options.accuracy);
         let finer = match body.finer(&mesh, &Finer { ratio, modes, errors: &errors, accuracy }) {
             Err(ModalAnalysisError::TooFine { .. }) => break,
+            // A flaw of the surface that larger cells do not see.
+            Err(ModalAnalysisError::Cell(_)) if !errors.is_empty() => break,
             finer => finer?,
         };
         let (nodes, fine_edge) = body.size(&finer);
@@ -393,8 +395,8 @@ fn refined<B: RefinableDiscretization>(
         };
         // Richardson estimate of the error of each frequency.
         let by_edges = (edge / fine_edge).powf(body.convergence()).recip();
-        let share = |mode: usize| body.error_share(&finer, mode).unwrap_or(by_edges);
-        errors = mesh_errors(&spectrum.frequencies, &fine.frequencies, &errors, share);
+        let share = |mode: usize| body.error_share(&finer, mode);
+        errors = mesh_errors(&spectrum.frequencies, &fine.frequencies, (&errors, by_edges), share);
         (mesh, edge, spectrum) = (finer, fine_edge, fine);
         let worst = largest(&errors);
         if worst <= options.accuracy {
@@ -437,23 +439,35 @@ fn largest(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, f64::max)
 }
 
-/// Estimated relative error of each frequency, from the errors on a coarser mesh, if they are known, and the
-/// share of them that is left.
+/// Estimated relative error of each frequency, from the change since a coarser mesh and the share of its error
+/// that is left: everywhere alike, or of each mode where the mesh is finer in some places.
 ///
 /// ```text
-/// e = |f_coarse/f − 1| q/(1 − q),    q: share;    e = q e_coarse where little has changed
+/// e = c q/(1 − q),    c = |f_coarse/f − 1|,    q: share
+/// e = max(c q/(1 − q), q e_coarse/2), where finer in some places;    max(c, q e_coarse) where q is close to 1
 /// ```
-fn mesh_errors(coarse: &[f64], fine: &[f64], before: &[f64], share: impl Fn(usize) -> f64) -> Vec<f64> {
+///
+/// A share of a mode is an estimate, so that a small change alone does not show a small error.
+fn mesh_errors(
+    coarse: &[f64],
+    fine: &[f64],
+    (before, alike): (&[f64], f64),
+    share: impl Fn(usize) -> Option<f64>,
+) -> Vec<f64> {
     let pairs = coarse.iter().zip(fine).enumerate();
+    let by_change = |change: f64, q: f64| change * q / (1.0 - q);
     let mut errors: Vec<f64> = pairs
-        .map(|(mode, (c, f))| match (share(mode), before.get(mode)) {
-            (q, Some(error)) if q > LITTLE_CHANGED => q * error,
-            (q, _) => (c / f - 1.0).abs() * q / (1.0 - q),
+        .map(|(mode, (c, f))| {
+            let change = (c / f - 1.0).abs();
+            match (share(mode), before.get(mode)) {
+                (Some(q), Some(error)) if q > LITTLE_CHANGED => change.max(q * error),
+                (Some(q), Some(error)) => by_change(change, q).max(0.5 * q * error),
+                _ => by_change(change, alike),
+            }
         })
         .collect();
     // A mode that the coarser mesh moved beyond the band takes the largest error of the others.
-    let q = share(errors.len());
-    let beyond = (COARSE_MARGIN - 1.0) * q / (1.0 - q);
+    let beyond = by_change(COARSE_MARGIN - 1.0, alike);
     let worst = errors.iter().copied().reduce(f64::max).unwrap_or(beyond);
     errors.resize(fine.len(), worst);
     errors

@@ -165,6 +165,11 @@ impl FiniteCells {
         self.levels[0].grid
     }
 
+    /// Edge of its smallest cells \[m\].
+    fn smallest_edge(&self) -> f64 {
+        self.levels.iter().map(|level| level.grid.edge).fold(f64::INFINITY, f64::min)
+    }
+
     /// Whether the body goes on through the mirror plane across each axis at each node.
     pub(crate) fn on_mirrors(&self) -> Vec<[bool; 3]> {
         on_mirrors(&self.basis, &self.levels, &self.elements, self.nodes.len())

@@ -50,8 +50,13 @@ impl Walls {
     }
 }
 
-/// Length of all sharp inner edges between walls that go on for a length \[m\].
-fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
+/// Whether the walls of a body meet at sharp inner edges.
+pub(crate) fn is_creased(mesh: &TriMesh) -> bool {
+    inner_edges(mesh).next().is_some() && Walls::of(mesh).creased
+}
+
+/// The triangles at both sides of every sharp inner edge, and its ends in the direction of the first.
+fn inner_edges(mesh: &TriMesh) -> impl Iterator<Item = ([usize; 2], [DVec3; 2])> {
     let mut sides: HashMap<[u32; 2], usize> = HashMap::with_capacity(3 * mesh.triangles.len());
     for (t, corners) in mesh.triangles.iter().enumerate() {
         (0..3).for_each(|k| {
@@ -59,27 +64,27 @@ fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
         });
     }
     let normal = |t: usize| mesh.area_vector(t).normalize_or(DVec3::ZERO);
+    (0..mesh.triangles.len()).flat_map(|t| (0..3).map(move |k| (t, k))).filter_map(move |(t, k)| {
+        let [a, b] = [mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]];
+        let other = *sides.get(&[b, a]).filter(|_| a < b)?;
+        let inner = (mesh.centroid(other) - mesh.centroid(t)).dot(normal(t)) > 0.0;
+        let is_sharp = inner && normal(t).dot(normal(other)) < SHARP;
+        is_sharp.then(|| ([t, other], [a, b].map(|v| mesh.vertices[v as usize])))
+    })
+}
+
+/// Length of all sharp inner edges between walls that go on for a length \[m\].
+fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
+    let normal = |t: usize| mesh.area_vector(t).normalize_or(DVec3::ZERO);
     // Whether a triangle is part of a wall that goes on across its side from a to b.
     let goes_on = |t: usize, a: DVec3, b: DVec3| {
         let across = normal(t).cross(b - a).normalize_or_zero();
         let end = 0.5 * (a + b) + wall * across;
         tree.nearest(mesh, end).is_some_and(|n| n.position.distance(end) < ON_SURFACE * wall)
     };
-    let mut length = 0.0;
-    for (t, corners) in mesh.triangles.iter().enumerate() {
-        for k in 0..3 {
-            let [a, b] = [corners[k], corners[(k + 1) % 3]];
-            let Some(other) = sides.get(&[b, a]).filter(|_| a < b) else { continue };
-            let inner = (mesh.centroid(*other) - mesh.centroid(t)).dot(normal(t)) > 0.0;
-            if inner && normal(t).dot(normal(*other)) < SHARP {
-                let [a, b] = [a, b].map(|v| mesh.vertices[v as usize]);
-                if goes_on(t, a, b) && goes_on(*other, b, a) {
-                    length += a.distance(b);
-                }
-            }
-        }
-    }
-    length
+    let meet =
+        inner_edges(mesh).filter(|([t, other], [a, b])| goes_on(*t, *a, *b) && goes_on(*other, *b, *a));
+    meet.map(|(_, [a, b])| a.distance(b)).sum()
 }
 
 #[cfg(test)]

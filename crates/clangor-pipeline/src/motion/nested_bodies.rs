@@ -8,8 +8,8 @@
 //! by d to part the balls: d is never more than the depth of the overlap. The points are some vertices of
 //! each body, those halfway to its centre, and the centre.
 //!
-//! Looks at some instants of each part of a recording, with a bounded number of pairs and of searches; an
-//! overlap counts where neighbouring frames have it too. Not for planes
+//! Looks at some instants of each part of a recording, with a bounded number of searches in near pairs;
+//! an overlap counts where neighbouring frames have it too. Not for planes
 //! ([`sunk_bodies`](super::sunk_bodies)), bodies on one link, and parts of one thing.
 
 use std::collections::{BTreeMap, BTreeSet};

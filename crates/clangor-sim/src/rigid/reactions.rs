@@ -27,6 +27,8 @@ use super::stiff_spring::Give;
 
 /// Joints hold a point where its mobility is below this part of that without them: nothing moves it.
 pub(super) const HELD: f64 = 1e-9;
+/// The same below which a rod or a rope, stiff as they are, does not count in the effective mass of an impact.
+const YIELDS: f64 = 1e-3;
 /// A rope that is shorter than its length by less than this resists an impact \[m\].
 const TAUT: f64 = 1e-6;
 /// Between the middles of two steps, ends that pass each other at a speed v come nearer by v² Δt² / 8 L; a
@@ -180,7 +182,9 @@ impl Reactions {
             ends.iter().any(|end| self.holds(end.0)).then(|| {
                 let alone = ends.map(|(mover, arm)| movers[mover].inverse_mass_at(arm, normal));
                 let inverse = self.response(movers, ends, normal).dot(normal);
-                inverse.max(HELD * (alone[0] + alone[1])).recip()
+                let alone = alone[0] + alone[1];
+                // What hits a rod or a rope along its length hits the body that hangs on it.
+                if inverse > YIELDS * alone { inverse.recip() } else { alone.recip() }
             })
         };
         let masses = contacts.iter().map(mass).collect();

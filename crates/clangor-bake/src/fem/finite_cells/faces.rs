@@ -83,8 +83,14 @@ struct Face {
 }
 
 impl Faces {
-    /// Faces of a surface with walls of a thickness \[m\]; `None` if the surface is open.
-    pub(super) fn new(surface: &TriMesh, grid: &CellGrid, wall: f64) -> Option<Self> {
+    /// Faces of a surface with walls of a thickness \[m\], in the cells that are `wanted`; `None` if the surface
+    /// is open.
+    pub(super) fn new(
+        surface: &TriMesh,
+        grid: &CellGrid,
+        wall: f64,
+        wanted: impl Fn([usize; 3]) -> bool,
+    ) -> Option<Self> {
         let neighbours = Topology::try_new(surface).ok()?.neighbours;
         let vertices = surface.vertices.iter().map(|v| (*v - grid.origin) / grid.edge).collect();
         let surface = TriMesh { vertices, triangles: surface.triangles.clone() };
@@ -102,7 +108,7 @@ impl Faces {
                 first..=last
             };
             for place in range(0).flat_map(|i| range(1).flat_map(move |j| range(2).map(move |k| [i, j, k]))) {
-                if !faces.around(&triangle, place).is_empty() {
+                if wanted(place) && !faces.around(&triangle, place).is_empty() {
                     faces.near.entry(place).or_default().push(t as u32);
                 }
             }

@@ -4,8 +4,8 @@
 //! u(x_n) = Σ_k N_k(x_n) U_k,    x_n: a node of the smaller cell, k: nodes of the larger on the common face
 //! ```
 //!
-//! so that displacements are continuous. A part of the smaller cell follows that part of the larger one whose
-//! section overlaps most with its own.
+//! so that displacements are continuous across the face. A part of the smaller cell follows that part of the
+//! larger one whose section overlaps most with its own. Where it overlaps with several, these are joined there.
 
 use glam::DVec3;
 
@@ -13,6 +13,8 @@ use super::chain::{Cap, Chain, Origin, plane_across};
 use super::levels::Level;
 use super::parts::{Cell, face_area};
 
+/// Least overlap that counts, in the sum of the overlaps of a part.
+const OVERLAP: f64 = 0.1;
 /// Rounding of a section, in the area of a face.
 const ROUNDING: f64 = 1e-12;
 
@@ -22,6 +24,8 @@ pub(super) struct HangingFace {
     pub(super) part: usize,
     /// The part of the larger cell, of all parts.
     pub(super) larger: usize,
+    /// Others of that cell that it overlaps with.
+    pub(super) also: Vec<usize>,
     /// Twice the axis, plus 1 for the upper face of the smaller cell.
     pub(super) face: u8,
     /// Place of what lies beyond the face in the larger cell, in halves of it.
@@ -37,9 +41,10 @@ impl HangingFace {
     }
 }
 
-/// All such faces, those of larger cells first.
-pub(super) fn hanging_faces(levels: &[Level]) -> Vec<HangingFace> {
-    let mut all = Vec::new();
+/// All such faces, those of larger cells first, and those of parts that do not meet the larger cell, once for
+/// each of its parts.
+pub(super) fn hanging_faces(levels: &[Level]) -> (Vec<HangingFace>, Vec<HangingFace>) {
+    let (mut all, mut apart) = (Vec::new(), Vec::new());
     for (larger, level) in levels.iter().zip(&levels[1..]) {
         for cell in &level.body.cells {
             for face in 0..6_u8 {
@@ -50,28 +55,40 @@ pub(super) fn hanging_faces(levels: &[Level]) -> Vec<HangingFace> {
                 let Some(other) = larger.body.cell(beyond.map(|n| n / 2)) else { continue };
                 let half = beyond.map(|n| n % 2);
                 for part in cell.distinct_parts() {
-                    let mut own = HangingFace { part: level.first + part, larger: 0, face, half };
-                    if let Some(found) = overlapping((level, cell, part), (larger, other), &own) {
-                        own.larger = larger.first + found;
-                        all.push(own);
+                    let of = |larger: usize, also: Vec<usize>| HangingFace {
+                        part: level.first + part,
+                        larger,
+                        also,
+                        face,
+                        half,
+                    };
+                    let found = overlapping((level, cell, part), (larger, other), &of(0, Vec::new()));
+                    let mut found = found.into_iter().map(|part| larger.first + part);
+                    match found.next() {
+                        Some(first) => all.push(of(first, found.collect())),
+                        None => {
+                            let parts = other.distinct_parts().into_iter();
+                            apart.extend(parts.map(|part| of(larger.first + part, Vec::new())));
+                        }
                     }
                 }
             }
         }
     }
-    all
+    (all, apart)
 }
 
-/// The part of a larger cell whose section overlaps most with that of a part of a smaller one.
+/// The parts of a larger cell whose sections overlap with that of a part of a smaller one, the largest overlap
+/// first.
 fn overlapping(
     (level, cell, part): (&Level, &Cell, usize),
     (larger, other): (&Level, &Cell),
     at: &HangingFace,
-) -> Option<usize> {
+) -> Vec<usize> {
     if cell.section(&level.body.parts[part], at.face) <= ROUNDING {
-        return None;
+        return Vec::new();
     }
-    let Some(division) = &other.division else { return other.parts.iter().flatten().next().copied() };
+    let Some(division) = &other.division else { return other.distinct_parts() };
     let parts = other.distinct_parts();
     // The face as the larger cell numbers it.
     let beyond = at.face ^ 1;
@@ -92,8 +109,10 @@ fn overlapping(
             parts.iter().map(quarter).collect()
         }
     };
-    let largest = (0..parts.len()).max_by(|a, b| areas[*a].total_cmp(&areas[*b]))?;
-    Some(parts[largest])
+    let least = ROUNDING.max(OVERLAP * areas.iter().sum::<f64>());
+    let mut found: Vec<usize> = (0..parts.len()).filter(|k| areas[*k] > least).collect();
+    found.sort_by(|a, b| areas[*b].total_cmp(&areas[*a]));
+    found.into_iter().map(|k| parts[k]).collect()
 }
 
 /// The section of a part of the smaller cell, in the larger one.

@@ -45,8 +45,8 @@ type Key = (usize, [usize; 3], u32);
 
 /// The elements of all parts, and positions of all nodes \[m\], in the order of the grids.
 pub(super) fn numbered(levels: &[Level], basis: &Basis) -> (Vec<Element>, Vec<DVec3>) {
-    let hanging = hanging_faces(levels);
-    let mut copies = Copies::of(levels, basis, &hanging);
+    let (mut hanging, apart) = hanging_faces(levels);
+    let mut copies = Copies::of(levels, basis, &mut hanging, apart);
     let distinct = copies.distinct(levels, basis);
     let (all, count) = (copies.all, copies.nodes.0.len() / copies.all);
     let number = |copies: &mut Copies, part: usize, k: usize| {
@@ -110,14 +110,14 @@ struct Copies {
 }
 
 impl Copies {
-    fn of(levels: &[Level], basis: &Basis, hanging: &[HangingFace]) -> Self {
+    fn of(levels: &[Level], basis: &Basis, hanging: &mut Vec<HangingFace>, apart: Vec<HangingFace>) -> Self {
         let degree = basis.degree();
         let local = degree + 1;
         let all = local.pow(3);
         let count: usize = levels.iter().map(|level| level.body.parts.len()).sum();
         let mut nodes = Sets((0..(count * all) as u32).collect());
         let mut bodies = Sets((0..count as u32).collect());
-        let mut share = |pair: [usize; 2], axis: usize, bodies: &mut Sets| {
+        let share = |(nodes, bodies): (&mut Sets, &mut Sets), pair: [usize; 2], axis: usize| {
             bodies.join(pair[0], pair[1]);
             let step = [local * local, local, 1][axis];
             for k in on_face(local, axis, false) {
@@ -130,11 +130,20 @@ impl Copies {
             });
             for (cell, above, axis) in neighbours(&level.body) {
                 for pair in joined(&level.body, cell, above, axis) {
-                    share(pair.map(|part| level.first + part), axis, &mut bodies);
+                    share((&mut nodes, &mut bodies), pair.map(|part| level.first + part), axis);
                 }
             }
         }
-        hanging.iter().for_each(|face| bodies.join(face.part, face.larger));
+        for face in hanging.iter() {
+            bodies.join(face.part, face.larger);
+            for other in &face.also {
+                bodies.join(face.larger, *other);
+                let axis = usize::from(face.face / 2);
+                for k in on_face(local, axis, face.face.is_multiple_of(2)) {
+                    nodes.join(face.larger * all + k, other * all + k);
+                }
+            }
+        }
         // What hangs together by less than rounding shares all nodes of the face.
         for level in levels {
             for (cell, above, axis) in neighbours(&level.body) {
@@ -143,11 +152,18 @@ impl Copies {
                 {
                     let pair = pair.map(|part| level.first + part);
                     if bodies.root(pair[0]) != bodies.root(pair[1]) {
-                        share(pair, axis, &mut bodies);
+                        share((&mut nodes, &mut bodies), pair, axis);
                     }
                 }
             }
         }
+        for face in apart {
+            if bodies.root(face.part) != bodies.root(face.larger) {
+                bodies.join(face.part, face.larger);
+                hanging.push(face);
+            }
+        }
+        hanging.sort_by_key(|face| face.part);
         Copies { nodes, all }
     }
 

@@ -39,7 +39,7 @@ pub(super) struct CellMoments {
     pub(super) surface: DVec3,
     /// Moments along an axis: 2p + 1.
     count: usize,
-    /// ∫ P_a(x) P_b(y) P_c(z), by c, a, b.
+    /// ∫ P_a(x) P_b(y) P_c(z), by c, a, b; empty of a cell that is not wanted.
     moments: Vec<f64>,
 }
 
@@ -58,16 +58,31 @@ impl Piece {
     }
 }
 
-/// The moments of all cells that hold a part of the body, ascending by place.
-pub(super) fn cell_moments(surface: &TriMesh, grid: &CellGrid, basis: &Basis) -> Vec<CellMoments> {
+/// The moments of all cells that hold a part of the body, ascending by place; only the surface in those that
+/// are not `wanted`.
+pub(super) fn cell_moments(
+    surface: &TriMesh,
+    grid: &CellGrid,
+    basis: &Basis,
+    wanted: impl Fn([usize; 3]) -> bool + Sync,
+) -> Vec<CellMoments> {
     let count = basis.points().len();
     let rules = rules(basis);
     // Cells in parallel; the pieces of each in a fixed order.
     let pieces = pieces(surface, grid);
-    let touched: Vec<Touched> =
-        pieces.par_chunk_by(|a, b| a.place == b.place).map(|own| Touched::new(own, &rules, count)).collect();
+    let touched = |own: &[Piece]| {
+        let mut touched = Touched::new(own, &rules, count);
+        if !wanted(touched.place) {
+            touched.moments = Vec::new();
+        }
+        touched
+    };
+    let touched: Vec<Touched> = pieces.par_chunk_by(|a, b| a.place == b.place).map(touched).collect();
     let column = |cell: &Touched| [cell.place[0], cell.place[1]];
-    touched.chunk_by(|a, b| column(a) == column(b)).flat_map(|column| closed(column, count)).collect()
+    touched
+        .chunk_by(|a, b| column(a) == column(b))
+        .flat_map(|column| closed(column, count, &wanted))
+        .collect()
 }
 
 /// Gauss rules by their number of points, up to that for a triangle as large as the cell.
@@ -131,7 +146,7 @@ impl Touched {
 }
 
 /// The cells of a column: the surface above each closes it.
-fn closed(column: &[Touched], count: usize) -> Vec<CellMoments> {
+fn closed(column: &[Touched], count: usize, wanted: impl Fn([usize; 3]) -> bool) -> Vec<CellMoments> {
     let (first, last) = (&column[0], &column[column.len() - 1]);
     let mut above = vec![0.0; count * count];
     let mut cells = Vec::new();
@@ -139,7 +154,11 @@ fn closed(column: &[Touched], count: usize) -> Vec<CellMoments> {
     for level in (first.place[2]..=last.place[2]).rev() {
         let place = [first.place[0], first.place[1], level];
         let own = rest.next_if(|cell| cell.place == place);
-        let mut moments = own.map_or_else(|| vec![0.0; count.pow(3)], |own| own.moments.clone());
+        let mut moments = match own {
+            _ if !wanted(place) => Vec::new(),
+            Some(own) => own.moments.clone(),
+            None => vec![0.0; count.pow(3)],
+        };
         moments.iter_mut().zip(&above).for_each(|(moment, above)| *moment += above);
         if let Some(own) = own {
             above.iter_mut().zip(&own.above).for_each(|(sum, own)| *sum += own);

@@ -119,12 +119,13 @@ impl Parts {
         grid: &CellGrid,
         basis: &Basis,
         wall: f64,
-        wanted: impl Fn([usize; 3]) -> bool,
+        wanted: impl Fn([usize; 3]) -> bool + Sync,
     ) -> Result<Self, WrongCell> {
-        let moments = cell_moments(surface, grid, basis);
+        let wanted = |place: [usize; 3]| grid.keeps(place) && wanted(place);
+        let moments = cell_moments(surface, grid, basis, wanted);
         let sections = sections(&moments);
         let mut own: Vec<(CellMoments, Sections)> = Vec::new();
-        let kept = |(cell, _): &(CellMoments, Sections)| grid.keeps(cell.place) && wanted(cell.place);
+        let kept = |(cell, _): &(CellMoments, Sections)| wanted(cell.place);
         for (cell, sections) in moments.into_iter().zip(sections).filter(kept) {
             let part = cell.filled();
             if !(-FILLED..=1.0 + FILLED).contains(&part) {
@@ -134,7 +135,10 @@ impl Parts {
                 own.push((cell, sections));
             }
         }
-        let mut divided = divided_cells(surface, grid, basis, wall, &own).into_iter();
+        let faces = Faces::new(surface, grid, wall, wanted);
+        let mut divided =
+            faces.map_or_else(Vec::new, |faces| divided_cells(surface, grid, basis, &faces, &own));
+        let mut divided = divided.drain(..);
         let mut all = Parts::default();
         let scale = grid.edge;
         for (cell, sections) in own {
@@ -236,10 +240,9 @@ fn divided_cells(
     surface: &TriMesh,
     grid: &CellGrid,
     basis: &Basis,
-    wall: f64,
+    faces: &Faces,
     cells: &[(CellMoments, Sections)],
 ) -> Vec<Option<DividedCell>> {
-    let Some(faces) = Faces::new(surface, grid, wall) else { return Vec::new() };
     let divisions: Vec<Option<Division>> =
         cells.par_iter().map(|(cell, _)| faces.division(cell.place)).collect();
     let places: Vec<[usize; 3]> =

@@ -83,7 +83,8 @@ impl FiniteCells {
         let (least, most) = surface.bounds();
         let (low, high) = (least.max(middle - half), most.min(middle + half));
         let narrowest = (high - low).min_element().max(0.1 * (high - low).max_element());
-        let longest = (PER_CELL * self.grid().edge).min(PER_REGION * narrowest).max(1e-6 * self.grid().edge);
+        let edge = self.smallest_edge();
+        let longest = (PER_CELL * edge).min(PER_REGION * narrowest).max(1e-6 * edge);
         let mut inside = points_within((surface, wall), support, [low, high], longest);
         let mut off = f64::INFINITY;
         for t in 0..surface.triangles.len() {

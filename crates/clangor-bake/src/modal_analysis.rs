@@ -14,6 +14,7 @@
 pub(crate) mod axisymmetric;
 pub mod eigensolver;
 mod immersed_body;
+mod mesh_errors;
 mod mirror_parities;
 mod mirrored_box;
 pub mod modal_density;
@@ -37,6 +38,7 @@ use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 use crate::modal_analysis::axisymmetric::AxisymmetricBody;
 use crate::modal_analysis::eigensolver::ModalError;
 use immersed_body::{CellEffort, ImmersedBody};
+use mesh_errors::mesh_errors;
 pub use supported::{draft_supported_modal_analysis, supported_modal_analysis};
 use volume_fem::{Filling, VolumeFem};
 
@@ -156,8 +158,6 @@ impl ModalAnalysisError {
 const MOST_MESHES: usize = 7;
 /// Factor on the limit for the coarsest spectrum, whose frequencies are too high.
 const COARSE_MARGIN: f64 = 1.1;
-/// Share of an error above which the change of a frequency does not show it.
-const LITTLE_CHANGED: f64 = 0.85;
 /// Safety factor on the estimated refinement.
 const SAFETY: f64 = 0.85;
 
@@ -379,7 +379,6 @@ fn refined<B: RefinableDiscretization>(
         let (modes, accuracy) = (&spectrum.modes, options.accuracy);
         let finer = match body.finer(&mesh, &Finer { ratio, modes, errors: &errors, accuracy }) {
             Err(ModalAnalysisError::TooFine { .. }) => break,
-            // A flaw of the surface that larger cells do not see.
             Err(ModalAnalysisError::Cell(_)) if !errors.is_empty() => break,
             finer => finer?,
         };
@@ -395,7 +394,7 @@ fn refined<B: RefinableDiscretization>(
         };
         // Richardson estimate of the error of each frequency.
         let by_edges = (edge / fine_edge).powf(body.convergence()).recip();
-        let share = |mode: usize| body.error_share(&finer, mode);
+        let share = |mode| body.error_share(&finer, mode);
         errors = mesh_errors(&spectrum.frequencies, &fine.frequencies, (&errors, by_edges), share);
         (mesh, edge, spectrum) = (finer, fine_edge, fine);
         let worst = largest(&errors);
@@ -437,40 +436,6 @@ fn refined<B: RefinableDiscretization>(
 
 fn largest(errors: &[f64]) -> f64 {
     errors.iter().copied().fold(0.0, f64::max)
-}
-
-/// Estimated relative error of each frequency, from the change since a coarser mesh and the share of its error
-/// that is left: everywhere alike, or of each mode where the mesh is finer in some places.
-///
-/// ```text
-/// e = c q/(1 − q),    c = |f_coarse/f − 1|,    q: share
-/// e = max(c q/(1 − q), q e_coarse/2), where finer in some places;    max(c, q e_coarse) where q is close to 1
-/// ```
-///
-/// A share of a mode is an estimate, so that a small change alone does not show a small error.
-fn mesh_errors(
-    coarse: &[f64],
-    fine: &[f64],
-    (before, alike): (&[f64], f64),
-    share: impl Fn(usize) -> Option<f64>,
-) -> Vec<f64> {
-    let pairs = coarse.iter().zip(fine).enumerate();
-    let by_change = |change: f64, q: f64| change * q / (1.0 - q);
-    let mut errors: Vec<f64> = pairs
-        .map(|(mode, (c, f))| {
-            let change = (c / f - 1.0).abs();
-            match (share(mode), before.get(mode)) {
-                (Some(q), Some(error)) if q > LITTLE_CHANGED => change.max(q * error),
-                (Some(q), Some(error)) => by_change(change, q).max(0.5 * q * error),
-                _ => by_change(change, alike),
-            }
-        })
-        .collect();
-    // A mode that the coarser mesh moved beyond the band takes the largest error of the others.
-    let beyond = by_change(COARSE_MARGIN - 1.0, alike);
-    let worst = errors.iter().copied().reduce(f64::max).unwrap_or(beyond);
-    errors.resize(fine.len(), worst);
-    errors
 }
 
 fn warnings(errors: &[f64], nodes: usize, options: &ModalAnalysisOptions) -> Vec<String> {

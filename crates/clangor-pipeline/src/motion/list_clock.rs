@@ -5,9 +5,9 @@
 //! t_last > 5 T, all times whole        numbers of frames, or of steps
 //! ```
 //!
-//! A warning, no error: in a scene with the default duration, whole times up to the first limit may be seconds,
-//! and are not reported. Lists that come with a recording are held
-//! against its own clock instead (`contact_checks`).
+//! A warning, no error: in a scene with the default duration, whole times up to the first limit may be
+//! seconds, and are not reported. Lists that come with a recording are held against its own clock instead
+//! (`contact_checks`).
 
 use std::fmt;
 

@@ -27,7 +27,7 @@ use super::stiff_spring::Give;
 
 /// Joints hold a point where its mobility is below this part of that without them: nothing moves it.
 pub(super) const HELD: f64 = 1e-9;
-/// The same below which a rod or a rope, stiff as they are, does not count in the effective mass of an impact.
+/// The same below which rods and ropes, stiff as they are, do not count in the effective mass of an impact.
 const YIELDS: f64 = 1e-3;
 /// A rope that is shorter than its length by less than this resists an impact \[m\].
 const TAUT: f64 = 1e-6;

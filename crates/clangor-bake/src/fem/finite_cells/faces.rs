@@ -83,8 +83,8 @@ struct Face {
 }
 
 impl Faces {
-    /// Faces of a surface with walls of a thickness \[m\], in the cells that are `wanted`; `None` if the surface
-    /// is open.
+    /// Faces of a surface with walls of a thickness \[m\], in the cells that are `wanted`; `None` if the
+    /// surface is open.
     pub(super) fn new(
         surface: &TriMesh,
         grid: &CellGrid,

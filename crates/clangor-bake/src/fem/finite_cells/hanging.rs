@@ -5,7 +5,8 @@
 //! ```
 //!
 //! so that displacements are continuous across the face. A part of the smaller cell follows that part of the
-//! larger one whose section overlaps most with its own. Where it overlaps with several, these are joined there.
+//! larger one whose section overlaps most with its own. Where it overlaps with several, these are joined
+//! there.
 
 use glam::DVec3;
 
@@ -78,8 +79,8 @@ pub(super) fn hanging_faces(levels: &[Level]) -> (Vec<HangingFace>, Vec<HangingF
     (all, apart)
 }
 
-/// The parts of a larger cell whose sections overlap with that of a part of a smaller one, the largest overlap
-/// first.
+/// The parts of a larger cell whose sections overlap with that of a part of a smaller one, the largest
+/// overlap first.
 fn overlapping(
     (level, cell, part): (&Level, &Cell, usize),
     (larger, other): (&Level, &Cell),

@@ -393,6 +393,42 @@ mod tests {
         }
     }
 
+    /// Cells that meet at a side only share its nodes by the cell between them, divided or not: around a ring,
+    /// whatever cell of it is divided.
+    #[test]
+    fn a_divided_cell_holds_its_neighbours_together() {
+        let mesh = Shape::parse("torus:0.03x0.004@0.001").expect("a shape").mesh();
+        let grid = CellGrid::around(&mesh, 0.011, &Planes::default());
+        let with = |refinement: &Refinement| {
+            FiniteCells::new(&mesh, (grid, refinement), Order::Second, 0.004).expect("cells")
+        };
+        let whole = with(&Refinement::default());
+        let nodes = |cells: &FiniteCells, place: [usize; 3]| -> Vec<u32> {
+            let part = cells.levels[0].body.cell(place).and_then(|cell| cell.parts[0]).expect("a part");
+            cells.elements[part].nodes.clone()
+        };
+        let places: Vec<[usize; 3]> = whole.levels[0].body.cells.iter().map(|cell| cell.place).collect();
+        let mut at_sides = 0;
+        for divided in &places {
+            let mut refinement = Refinement::default();
+            refinement.divide((0, *divided));
+            let cells = with(&refinement);
+            let near =
+                |place: &&[usize; 3]| *place != divided && (0..3).all(|a| place[a].abs_diff(divided[a]) <= 1);
+            let near: Vec<[usize; 3]> = places.iter().filter(near).copied().collect();
+            for (a, b) in near.iter().flat_map(|a| near.iter().map(move |b| (*a, *b))).filter(|(a, b)| a < b)
+            {
+                let shared = [&whole, &cells].map(|cells| {
+                    let (a, b) = (nodes(cells, a), nodes(cells, b));
+                    a.iter().filter(|node| b.contains(node)).count()
+                });
+                assert_eq!(shared[0], shared[1], "{divided:?} {a:?} {b:?}");
+                at_sides += usize::from(shared[0] == 3);
+            }
+        }
+        assert!(at_sides > 0);
+    }
+
     #[test]
     fn displacements_are_found_again_at_any_point() {
         let mesh = Shape::parse("box:0.1x0.06x0.004").expect("a shape").mesh();

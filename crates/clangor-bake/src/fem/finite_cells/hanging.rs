@@ -10,11 +10,13 @@
 
 use glam::DVec3;
 
+use super::basis::Basis;
 use super::chain::{Cap, Chain, Origin, plane_across};
+use super::joints::on_face;
 use super::levels::Level;
 use super::parts::{Cell, face_area};
 
-/// Least overlap that counts, in the sum of the overlaps of a part.
+/// Least overlap, in the smaller of two sections.
 const OVERLAP: f64 = 0.1;
 /// Rounding of a section, in the area of a face.
 const ROUNDING: f64 = 1e-12;
@@ -34,6 +36,11 @@ pub(super) struct HangingFace {
 }
 
 impl HangingFace {
+    /// The nodes of the smaller cell on this face.
+    pub(super) fn nodes(&self, basis: &Basis) -> impl Iterator<Item = usize> {
+        on_face(basis.degree() + 1, usize::from(self.face / 2), !self.face.is_multiple_of(2))
+    }
+
     /// A point of the smaller cell on this face, in that of the larger cell.
     pub(super) fn in_larger(&self, mut at: DVec3) -> DVec3 {
         let axis = usize::from(self.face / 2);
@@ -91,28 +98,31 @@ fn overlapping(
     }
     let Some(division) = &other.division else { return other.distinct_parts() };
     let parts = other.distinct_parts();
-    // The face as the larger cell numbers it.
-    let beyond = at.face ^ 1;
-    let areas: Vec<f64> = match cell.division {
+    // Sections of the larger cell behind the face, as that numbers it, and overlaps with them.
+    let quarter = |part: &usize| within(&larger.body.parts[*part].sections, at, at.face ^ 1);
+    let quarters: Vec<f64> = parts.iter().map(quarter).collect();
+    let overlaps = match cell.division {
         Some(_) => {
             let section = placed(&level.body.parts[part].sections, at);
             let (walls, _) = division.parts(&section);
-            let mut areas = vec![0.0; parts.len()];
+            let mut overlaps = vec![0.0; parts.len()];
             for (wall, chain) in walls.iter().enumerate() {
                 if let Some(found) = other.parts[wall].and_then(|part| parts.binary_search(&part).ok()) {
-                    areas[found] += face_area(&chain.caps, at.face);
+                    overlaps[found] += face_area(&chain.caps, at.face);
                 }
             }
-            areas
+            overlaps
         }
-        None => {
-            let quarter = |part: &usize| within(&larger.body.parts[*part].sections, at, beyond);
-            parts.iter().map(quarter).collect()
-        }
+        None => quarters.clone(),
     };
-    let least = ROUNDING.max(OVERLAP * areas.iter().sum::<f64>());
-    let mut found: Vec<usize> = (0..parts.len()).filter(|k| areas[*k] > least).collect();
-    found.sort_by(|a, b| areas[*b].total_cmp(&areas[*a]));
+    let largest = overlaps.iter().copied().fold(0.0, f64::max);
+    let own: f64 = overlaps.iter().sum();
+    let counts = |k: &usize| {
+        let enough = overlaps[*k] > OVERLAP * own.min(quarters[*k]);
+        overlaps[*k] > ROUNDING && (enough || overlaps[*k] == largest)
+    };
+    let mut found: Vec<usize> = (0..parts.len()).filter(counts).collect();
+    found.sort_by(|a, b| overlaps[*b].total_cmp(&overlaps[*a]));
     found.into_iter().map(|k| parts[k]).collect()
 }
 

@@ -56,8 +56,7 @@ pub(super) fn numbered(levels: &[Level], basis: &Basis) -> (Vec<Element>, Vec<DV
     // What hanging nodes follow; larger cells come first, so that theirs is known.
     let mut follows: Vec<Option<Vec<(usize, f64)>>> = vec![None; distinct.len()];
     for face in &hanging {
-        let axis = usize::from(face.face / 2);
-        for k in on_face(basis.degree() + 1, axis, !face.face.is_multiple_of(2)) {
+        for k in face.nodes(basis) {
             let node = number(&mut copies, face.part, k);
             if follows[node].is_none() {
                 let weights = basis.at_point(face.in_larger(basis.node(k)));
@@ -164,16 +163,44 @@ impl Copies {
             }
         }
         hanging.sort_by_key(|face| face.part);
-        Copies { nodes, all }
+        let mut copies = Copies { nodes, all };
+        while copies.join_what_is_followed(levels, basis, hanging) {}
+        copies
+    }
+
+    /// Joins nodes of larger cells that one hanging node follows, such as two that meet at a side only, and
+    /// hang together by the smaller cell between them. Whether there were any.
+    fn join_what_is_followed(&mut self, levels: &[Level], basis: &Basis, hanging: &[HangingFace]) -> bool {
+        let mut followed: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut any = false;
+        for (number, face) in hanging.iter().enumerate() {
+            for k in face.nodes(basis) {
+                let node = self.nodes.root(face.part * self.all + k);
+                let first = &hanging[*followed.entry(node).or_insert(number)];
+                if first.larger == face.larger {
+                    continue;
+                }
+                // Whichever smaller cell asks, the node is at the same place of the lattice.
+                let other = first.nodes(basis).find(|k| self.nodes.root(first.part * self.all + k) == node);
+                let Some(other) = other else { continue };
+                for m in followed_nodes(face, k, basis) {
+                    let place = lattice(levels, basis, face.larger, m);
+                    let same = |n: &usize| lattice(levels, basis, first.larger, *n) == place;
+                    let Some(n) = followed_nodes(first, other, basis).find(same) else { continue };
+                    let (a, b) = (face.larger * self.all + m, first.larger * self.all + n);
+                    if self.nodes.root(a) != self.nodes.root(b) {
+                        self.nodes.join(a, b);
+                        any = true;
+                    }
+                }
+            }
+        }
+        any
     }
 
     fn key(&mut self, levels: &[Level], basis: &Basis, part: usize, k: usize) -> Key {
-        let level = levels.partition_point(|level| level.first <= part) - 1;
-        let place = levels[level].body.parts[part - levels[level].first].place;
-        let local = basis.degree() + 1;
-        let at = [k / (local * local), k / local % local, k % local];
-        let lattice = std::array::from_fn(|a| place[a] * basis.degree() + at[a]);
-        (level, lattice, self.nodes.root(part * self.all + k) as u32)
+        let (level, place) = lattice(levels, basis, part, k);
+        (level, place, self.nodes.root(part * self.all + k) as u32)
     }
 
     /// All different nodes, ascending.
@@ -185,6 +212,21 @@ impl Copies {
         keys.dedup();
         keys
     }
+}
+
+/// Level and place in its lattice of a node of a part.
+fn lattice(levels: &[Level], basis: &Basis, part: usize, k: usize) -> (usize, [usize; 3]) {
+    let level = levels.partition_point(|level| level.first <= part) - 1;
+    let place = levels[level].body.parts[part - levels[level].first].place;
+    let local = basis.degree() + 1;
+    let at = [k / (local * local), k / local % local, k % local];
+    (level, std::array::from_fn(|a| place[a] * basis.degree() + at[a]))
+}
+
+/// The nodes of the larger cell that a node of a hanging face follows.
+fn followed_nodes(face: &HangingFace, k: usize, basis: &Basis) -> impl Iterator<Item = usize> {
+    let weights = basis.at_point(face.in_larger(basis.node(k)));
+    weights.into_iter().enumerate().filter(|(_, weight)| weight.abs() > NO_WEIGHT).map(|(m, _)| m)
 }
 
 /// Whether the body goes on through the mirror plane across each axis at each of so many nodes: a part that
@@ -215,7 +257,7 @@ pub(super) fn on_mirrors(
 }
 
 /// The nodes of a cell on its lower face across an axis, or on its upper one.
-fn on_face(local: usize, axis: usize, upper: bool) -> impl Iterator<Item = usize> {
+pub(super) fn on_face(local: usize, axis: usize, upper: bool) -> impl Iterator<Item = usize> {
     let step = [local * local, local, 1][axis];
     let place = if upper { local - 1 } else { 0 };
     (0..local.pow(3)).filter(move |k| k / step % local == place)

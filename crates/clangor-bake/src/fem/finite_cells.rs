@@ -393,8 +393,8 @@ mod tests {
         }
     }
 
-    /// Cells that meet at a side only share its nodes by the cell between them, divided or not: around a ring,
-    /// whatever cell of it is divided.
+    /// Cells that meet at a side only share its nodes by the cell between them, divided or not: around a
+    /// ring, whatever cell of it is divided.
     #[test]
     fn a_divided_cell_holds_its_neighbours_together() {
         let mesh = Shape::parse("torus:0.03x0.004@0.001").expect("a shape").mesh();

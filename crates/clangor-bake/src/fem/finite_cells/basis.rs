@@ -67,6 +67,14 @@ impl Basis {
         DVec3::from_array([k / (local * local), k / local % local, k % local].map(|n| self.lobatto[n]))
     }
 
+    /// The nodes of a cell on its lower face across an axis, or on its upper one.
+    pub(super) fn on_face(&self, axis: usize, upper: bool) -> impl Iterator<Item = usize> + use<> {
+        let local = self.lobatto.len();
+        let step = [local * local, local, 1][axis];
+        let place = if upper { local - 1 } else { 0 };
+        (0..local.pow(3)).filter(move |k| k / step % local == place)
+    }
+
     /// Values of the displacements of all nodes of a cell at a point of it.
     pub(super) fn at_point(&self, at: DVec3) -> Vec<f64> {
         let [x, y, z] = at.to_array().map(|x| self.values(x));

@@ -12,7 +12,6 @@ use glam::DVec3;
 
 use super::basis::Basis;
 use super::chain::{Cap, Chain, Origin, plane_across};
-use super::joints::on_face;
 use super::levels::Level;
 use super::parts::{Cell, face_area};
 
@@ -38,7 +37,7 @@ pub(super) struct HangingFace {
 impl HangingFace {
     /// The nodes of the smaller cell on this face.
     pub(super) fn nodes(&self, basis: &Basis) -> impl Iterator<Item = usize> {
-        on_face(basis.degree() + 1, usize::from(self.face / 2), !self.face.is_multiple_of(2))
+        basis.on_face(usize::from(self.face / 2), !self.face.is_multiple_of(2))
     }
 
     /// A point of the smaller cell on this face, in that of the larger cell.

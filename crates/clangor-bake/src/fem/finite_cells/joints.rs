@@ -119,7 +119,7 @@ impl Copies {
         let share = |(nodes, bodies): (&mut Sets, &mut Sets), pair: [usize; 2], axis: usize| {
             bodies.join(pair[0], pair[1]);
             let step = [local * local, local, 1][axis];
-            for k in on_face(local, axis, false) {
+            for k in basis.on_face(axis, false) {
                 nodes.join(pair[0] * all + k + degree * step, pair[1] * all + k);
             }
         };
@@ -138,7 +138,7 @@ impl Copies {
             for other in &face.also {
                 bodies.join(face.larger, *other);
                 let axis = usize::from(face.face / 2);
-                for k in on_face(local, axis, face.face.is_multiple_of(2)) {
+                for k in basis.on_face(axis, face.face.is_multiple_of(2)) {
                     nodes.join(face.larger * all + k, other * all + k);
                 }
             }
@@ -237,7 +237,6 @@ pub(super) fn on_mirrors(
     elements: &[Element],
     count: usize,
 ) -> Vec<[bool; 3]> {
-    let local = basis.degree() + 1;
     let mut on = vec![[false; 3]; count];
     for level in levels {
         let (grid, body) = (&level.grid, &level.body);
@@ -246,7 +245,7 @@ pub(super) fn on_mirrors(
                 let meets = |part: &&usize| cell.lower_section(&body.parts[**part], axis) > ROUNDING;
                 for part in cell.parts.iter().flatten().filter(meets) {
                     let element = &elements[level.first + *part];
-                    for node in on_face(local, axis, false).filter_map(|k| element.node(k)) {
+                    for node in basis.on_face(axis, false).filter_map(|k| element.node(k)) {
                         on[node as usize][axis] = true;
                     }
                 }
@@ -254,13 +253,6 @@ pub(super) fn on_mirrors(
         }
     }
     on
-}
-
-/// The nodes of a cell on its lower face across an axis, or on its upper one.
-pub(super) fn on_face(local: usize, axis: usize, upper: bool) -> impl Iterator<Item = usize> {
-    let step = [local * local, local, 1][axis];
-    let place = if upper { local - 1 } else { 0 };
-    (0..local.pow(3)).filter(move |k| k / step % local == place)
 }
 
 /// All pairs of cells of one size that share a face, the lower one first, and the axis across it.

@@ -43,6 +43,7 @@ mod parts;
 mod polygon;
 mod refinement;
 mod remainder;
+mod sections;
 mod supports;
 
 use clangor_core::geometry::tri_mesh::TriMesh;

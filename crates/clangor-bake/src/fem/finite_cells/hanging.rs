@@ -11,14 +11,13 @@
 use glam::DVec3;
 
 use super::basis::Basis;
-use super::chain::{Cap, Chain, Origin, plane_across};
+use super::chain::{Cap, Origin, plane_across};
 use super::levels::Level;
 use super::parts::{Cell, face_area};
+use super::sections::{OVERLAP, ROUNDING, moved_section, overlaps};
 
-/// Least overlap, in the smaller of two sections.
-const OVERLAP: f64 = 0.1;
-/// Rounding of a section, in the area of a face.
-const ROUNDING: f64 = 1e-12;
+/// Rounding of a weight.
+const NO_WEIGHT: f64 = 1e-14;
 
 /// A face of a smaller cell on that of a larger one.
 pub(super) struct HangingFace {
@@ -35,6 +34,12 @@ pub(super) struct HangingFace {
 }
 
 impl HangingFace {
+    /// The nodes of the larger cell that a node of the smaller one on this face follows, and their weights.
+    pub(super) fn followed(&self, k: usize, basis: &Basis) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let weights = basis.at_point(self.in_larger(basis.node(k)));
+        weights.into_iter().enumerate().filter(|(_, weight)| weight.abs() > NO_WEIGHT)
+    }
+
     /// The nodes of the smaller cell on this face.
     pub(super) fn nodes(&self, basis: &Basis) -> impl Iterator<Item = usize> {
         basis.on_face(usize::from(self.face / 2), !self.face.is_multiple_of(2))
@@ -100,45 +105,27 @@ fn overlapping(
     // Sections of the larger cell behind the face, as that numbers it, and overlaps with them.
     let quarter = |part: &usize| within(&larger.body.parts[*part].sections, at, at.face ^ 1);
     let quarters: Vec<f64> = parts.iter().map(quarter).collect();
-    let overlaps = match cell.division {
+    let shared = match cell.division {
         Some(_) => {
-            let section = placed(&level.body.parts[part].sections, at);
-            let (walls, _) = division.parts(&section);
-            let mut overlaps = vec![0.0; parts.len()];
-            for (wall, chain) in walls.iter().enumerate() {
-                if let Some(found) = other.parts[wall].and_then(|part| parts.binary_search(&part).ok()) {
-                    overlaps[found] += face_area(&chain.caps, at.face);
-                }
-            }
-            overlaps
+            let section = moved_section(&level.body.parts[part].sections, at.face, |x| at.in_larger(x));
+            overlaps(&section, at.face, other, division)
         }
         None => quarters.clone(),
     };
-    let largest = overlaps.iter().copied().fold(0.0, f64::max);
-    let own: f64 = overlaps.iter().sum();
+    let largest = shared.iter().copied().fold(0.0, f64::max);
+    let own: f64 = shared.iter().sum();
     let counts = |k: &usize| {
-        let enough = overlaps[*k] > OVERLAP * own.min(quarters[*k]);
-        overlaps[*k] > ROUNDING && (enough || overlaps[*k] == largest)
+        let enough = shared[*k] > OVERLAP * own.min(quarters[*k]);
+        shared[*k] > ROUNDING && (enough || shared[*k] == largest)
     };
     let mut found: Vec<usize> = (0..parts.len()).filter(counts).collect();
-    found.sort_by(|a, b| overlaps[*b].total_cmp(&overlaps[*a]));
+    found.sort_by(|a, b| shared[*b].total_cmp(&shared[*a]));
     found.into_iter().map(|k| parts[k]).collect()
-}
-
-/// The section of a part of the smaller cell, in the larger one.
-fn placed(sections: &[Cap], at: &HangingFace) -> Chain {
-    let own = sections.iter().filter(|cap| cap.origin == Origin::Face(at.face));
-    let moved = |cap: &Cap| {
-        let border = cap.border.iter().map(|side| side.map(|x| at.in_larger(x))).collect();
-        Cap { origin: cap.origin, border }
-    };
-    Chain { triangles: Vec::new(), caps: own.map(moved).collect() }
 }
 
 /// Area of the section of a part of the larger cell in the quarter of its face that the smaller one has.
 fn within(sections: &[Cap], at: &HangingFace, face: u8) -> f64 {
-    let caps = sections.iter().filter(|cap| cap.origin == Origin::Face(face)).cloned().collect();
-    let mut section = Chain { triangles: Vec::new(), caps };
+    let mut section = moved_section(sections, face, |x| x);
     for axis in (0..3).filter(|axis| *axis != usize::from(face / 2)) {
         let above = at.half[axis] == 1;
         section = section.cut(&plane_across(axis, 0.5), above, Origin::Inner);

@@ -9,17 +9,10 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::basis::Basis;
-use super::chain::{Cap, Chain, Origin};
 use super::hanging::{HangingFace, hanging_faces};
 use super::levels::{Element, Level};
-use super::parts::{Cell, Parts, face_area};
-
-/// Least overlap, in the smaller of two sections.
-const OVERLAP: f64 = 0.1;
-/// Rounding of a section, in the area of a face.
-const ROUNDING: f64 = 1e-12;
-/// Rounding of a weight.
-const NO_WEIGHT: f64 = 1e-14;
+use super::parts::{Cell, Parts};
+use super::sections::{OVERLAP, ROUNDING, moved_section, overlaps};
 
 /// Sets of equals.
 struct Sets(Vec<u32>);
@@ -59,9 +52,8 @@ pub(super) fn numbered(levels: &[Level], basis: &Basis) -> (Vec<Element>, Vec<DV
         for k in face.nodes(basis) {
             let node = number(&mut copies, face.part, k);
             if follows[node].is_none() {
-                let weights = basis.at_point(face.in_larger(basis.node(k)));
                 let mut sum = BTreeMap::new();
-                for (m, weight) in weights.into_iter().enumerate().filter(|(_, w)| w.abs() > NO_WEIGHT) {
+                for (m, weight) in face.followed(k, basis) {
                     let other = number(&mut copies, face.larger, m);
                     for (term, part) in follows[other].as_deref().unwrap_or(&[(other, 1.0)]) {
                         *sum.entry(*term).or_insert(0.0) += weight * part;
@@ -183,10 +175,10 @@ impl Copies {
                 // Whichever smaller cell asks, the node is at the same place of the lattice.
                 let other = first.nodes(basis).find(|k| self.nodes.root(first.part * self.all + k) == node);
                 let Some(other) = other else { continue };
-                for m in followed_nodes(face, k, basis) {
+                for (m, _) in face.followed(k, basis) {
                     let place = lattice(levels, basis, face.larger, m);
-                    let same = |n: &usize| lattice(levels, basis, first.larger, *n) == place;
-                    let Some(n) = followed_nodes(first, other, basis).find(same) else { continue };
+                    let same = |(n, _): &(usize, f64)| lattice(levels, basis, first.larger, *n) == place;
+                    let Some((n, _)) = first.followed(other, basis).find(same) else { continue };
                     let (a, b) = (face.larger * self.all + m, first.larger * self.all + n);
                     if self.nodes.root(a) != self.nodes.root(b) {
                         self.nodes.join(a, b);
@@ -221,12 +213,6 @@ fn lattice(levels: &[Level], basis: &Basis, part: usize, k: usize) -> (usize, [u
     let local = basis.degree() + 1;
     let at = [k / (local * local), k / local % local, k % local];
     (level, std::array::from_fn(|a| place[a] * basis.degree() + at[a]))
-}
-
-/// The nodes of the larger cell that a node of a hanging face follows.
-fn followed_nodes(face: &HangingFace, k: usize, basis: &Basis) -> impl Iterator<Item = usize> {
-    let weights = basis.at_point(face.in_larger(basis.node(k)));
-    weights.into_iter().enumerate().filter(|(_, weight)| weight.abs() > NO_WEIGHT).map(|(m, _)| m)
 }
 
 /// Whether the body goes on through the mirror plane across each axis at each of so many nodes: a part that
@@ -278,25 +264,10 @@ fn joined(body: &Parts, cell: &Cell, above: &Cell, axis: usize) -> Vec<[usize; 2
         (_, None) => below.iter().map(|area| vec![*area]).collect(),
         (None, Some(_)) => vec![over.clone()],
         (Some(_), Some(division)) => {
-            let shift = DVec3::AXES[axis];
             let within = |part: &usize| {
-                let mut section = Chain::default();
-                for cap in
-                    body.parts[*part].sections.iter().filter(|cap| cap.origin == Origin::Face(face + 1))
-                {
-                    let border = cap.border.iter().map(|side| side.map(|x| x - shift)).collect();
-                    section.caps.push(Cap { origin: cap.origin, border });
-                }
-                let (walls, _) = division.parts(&section);
-                let mut areas = vec![0.0; upper.len()];
-                for (wall, chain) in walls.iter().enumerate() {
-                    let Some(found) = above.parts[wall].and_then(|part| upper.binary_search(&part).ok())
-                    else {
-                        continue;
-                    };
-                    areas[found] += face_area(&chain.caps, face + 1);
-                }
-                areas
+                let sections = &body.parts[*part].sections;
+                let section = moved_section(sections, face + 1, |x| x - DVec3::AXES[axis]);
+                overlaps(&section, face + 1, above, division)
             };
             lower.iter().map(within).collect()
         }

@@ -136,9 +136,8 @@ impl Parts {
             }
         }
         let faces = Faces::new(surface, grid, wall, wanted);
-        let mut divided =
-            faces.map_or_else(Vec::new, |faces| divided_cells(surface, grid, basis, &faces, &own));
-        let mut divided = divided.drain(..);
+        let divided = faces.map_or_else(Vec::new, |faces| divided_cells(surface, grid, basis, &faces, &own));
+        let mut divided = divided.into_iter();
         let mut all = Parts::default();
         let scale = grid.edge;
         for (cell, sections) in own {

@@ -22,13 +22,17 @@ BODIES = 64
 BEFORE_THE_KILL = 12
 
 
+# Half of it is the band of a bake [Hz]. As it is, a bake costs little; 48000 shows what the workers add to dear ones.
+SAMPLE_RATE = int(os.environ.get("CLANGOR_BAKE_RATE", "8000"))
+
+
 def recipe(cache: Path) -> datasets.Dataset:
-    """Bars of 64 lengths, in a band in which a bake is cheap."""
+    """Bars of 64 lengths."""
     lengths = [0.08 + 0.0005 * number for number in range(BODIES)]
     return clangor.dataset(
         seed=1,
         count=BODIES,
-        sample_rate=8000,
+        sample_rate=SAMPLE_RATE,
         seconds=0.05,
         materials="steel",
         object=[{"shape": f"box:{length:.4f}x0.02x0.02"} for length in lengths],

@@ -83,16 +83,19 @@ impl CollidingMesh {
         if deviation <= self.error.unwrap_or(DOUBTFUL_DEVIATION) {
             return None;
         }
-        let asked = match self.error {
-            Some(error) => format!(", not the {:.1} % of `collision_error`", 100.0 * error),
-            None => String::new(),
+        let (asked, remedy) = match self.error {
+            Some(error) => (
+                format!(", not the {:.1} % of `collision_error`", 100.0 * error),
+                "these are the finest parts; a shape of the library has exact ones",
+            ),
+            None => (String::new(), "a smaller `collision_error` of the body gives finer parts"),
         };
         let count = match parts.parts.len() {
             1 => "1 convex part that is".to_owned(),
             count => format!("{count} convex parts that are"),
         };
         Some(format!(
-            "collisions see {count} up to {:.2e} m ({:.1} % of its size{asked}) off the surface",
+            "collisions see {count} up to {:.2e} m ({:.1} % of its size{asked}) off the surface: {remedy}",
             self.mesh.surface_error(parts),
             deviation * 100.0
         ))

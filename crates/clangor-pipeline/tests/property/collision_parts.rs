@@ -124,6 +124,7 @@ fn property_an_error_that_cannot_be_reached_is_said_and_a_shape_refuses_one() {
     find_collision_parts(&mut loaded, None).unwrap();
     let warning = loaded.collisions.warnings[0].to_string();
     assert!(warning.contains("of `collision_error`") && warning.contains("convex parts"), "{warning}");
+    assert!(warning.contains("these are the finest parts"), "{warning}");
     let parts = Arc::clone(&loaded.world.bodies[0].surface);
     find_collision_parts(&mut loaded, None).unwrap();
     assert!(Arc::ptr_eq(&parts, &loaded.world.bodies[0].surface));

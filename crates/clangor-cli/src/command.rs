@@ -52,6 +52,7 @@ fn load(
     for drawn in draw_warnings(path, &loaded.text, loaded.warnings.iter()) {
         console.drawn(drawn);
     }
+    loaded.warnings.iter().for_each(|warning| console.keep_warning(warning.to_string()));
     Ok(loaded)
 }
 

@@ -19,6 +19,8 @@ pub(crate) struct Console {
     asks: Arc<AtomicBool>,
     /// Why the results could not be printed.
     unprinted: Mutex<Option<std::io::Error>>,
+    /// The warnings so far, for the result as JSON.
+    warnings: Mutex<Vec<String>>,
 }
 
 impl Console {
@@ -39,7 +41,7 @@ impl Console {
                 "warning: Ctrl-C will end the program without tidying up: {error}"
             );
         }
-        Console { quiet, json, stop, asks, unprinted: Mutex::new(None) }
+        Console { quiet, json, stop, asks, unprinted: Mutex::default(), warnings: Mutex::default() }
     }
 
     /// Whether results are wanted as JSON.
@@ -56,8 +58,19 @@ impl Console {
 
     /// A warning, on standard error.
     pub(crate) fn warn(&self, line: impl std::fmt::Display) {
+        let line = line.to_string();
         if !self.quiet {
-            let _ = writeln!(std::io::stderr(), "warning: {}", printable(&line.to_string()));
+            let _ = writeln!(std::io::stderr(), "warning: {}", printable(&line));
+        }
+        self.keep_warning(line);
+    }
+
+    /// Keeps a warning that is drawn elsewhere for the result as JSON.
+    pub(crate) fn keep_warning(&self, line: String) {
+        if let Ok(mut warnings) = self.warnings.lock()
+            && !warnings.contains(&line)
+        {
+            warnings.push(line);
         }
     }
 
@@ -75,11 +88,16 @@ impl Console {
         }
     }
 
-    /// The result as JSON, if asked for.
+    /// The result as JSON, if asked for; an object without a list of warnings gets those that were printed.
     pub(crate) fn json(&self, value: &serde_json::Value) {
-        if self.json {
-            self.print_line(value);
+        if !self.json {
+            return;
         }
+        let mut value = value.clone();
+        if let (Some(object), Ok(warnings)) = (value.as_object_mut(), self.warnings.lock()) {
+            object.entry("warnings").or_insert_with(|| warnings.as_slice().into());
+        }
+        self.print_line(&value);
     }
 
     /// Prints to standard output; a reader that has gone away, such as `head`, misses the rest and stops

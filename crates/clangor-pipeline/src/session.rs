@@ -35,6 +35,7 @@ pub mod strike;
 mod struck_body;
 pub(crate) mod struck_model;
 mod struck_sound;
+mod top_point;
 mod web_export;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -61,7 +62,7 @@ pub use self::progress::{Progress, Stage};
 use self::source::{Motion, Source};
 pub use self::strike::{DEFAULT_IMPULSE, Strike};
 pub use self::struck_body::StruckBody;
-pub use self::struck_sound::{StrikeRemark, StruckSound};
+pub use self::struck_sound::{StrikeRemark, StruckSound, check_sound_file};
 pub use self::web_export::ExportedReplay;
 use crate::formats::model_cache::ModelCache;
 use crate::formats::soundbank::default_bank;

@@ -8,6 +8,7 @@ pub mod event_schedule;
 pub mod find_collision_parts;
 pub mod find_impact_modes;
 pub mod fracture_report;
+pub(crate) mod gltf_node;
 pub mod impact_modes;
 pub mod load;
 pub mod render;

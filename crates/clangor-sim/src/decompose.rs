@@ -3,10 +3,13 @@
 //! A mesh that is convex, or close to it, is its own hull. Any other is cut into voxels and the voxels into
 //! clusters (V-HACD: Mamou, "Volumetric hierarchical approximate convex decomposition", Game Engine Gems 3,
 //! 2016; the implementation is parry's); the part is the hull of the surface within each cluster. What the
-//! parts miss or add is measured, not assumed.
+//! parts miss or add is measured, not assumed. Cavities are left out: nothing reaches them.
 
 mod thin_out;
 
+use std::borrow::Cow;
+
+use clangor_core::geometry::components::outer_triangles;
 use clangor_core::geometry::convex::ConvexPart;
 use clangor_core::geometry::hull::convex_hull;
 use clangor_core::geometry::mass_properties::MassProperties;
@@ -60,7 +63,7 @@ pub struct Decomposition {
     pub parts: Vec<ConvexPart>,
     /// Largest distance between the surface and that of the parts' union \[m\].
     pub surface_error: f64,
-    /// Volume of the union over that of the mesh, minus 1.
+    /// Volume of the union over that of the mesh with its cavities filled, minus 1.
     pub volume_error: f64,
 }
 
@@ -85,6 +88,7 @@ pub enum DecomposeError {
 /// # Errors
 /// [`DecomposeError`] if the mesh is not closed or the decomposition is empty.
 pub fn convex_parts(mesh: &TriMesh, settings: DecomposeSettings) -> Result<Decomposition, DecomposeError> {
+    let mesh = &*outer_surface(mesh);
     let volume = MassProperties::of(mesh)?.volume;
     let hull = thin_out(&mesh.vertices, settings.most_points);
     // Measuring is slow where the hull deviates much; its volume shows that first.
@@ -114,6 +118,7 @@ const LEVELS: [DecomposeSettings; 4] = [
 /// # Errors
 /// As [`convex_parts`].
 pub fn convex_parts_within(mesh: &TriMesh, error: f64) -> Result<Decomposition, DecomposeError> {
+    let mesh = &*outer_surface(mesh);
     let volume = MassProperties::of(mesh)?.volume;
     let hull = thin_out(&mesh.vertices, DEFAULT.most_points);
     let mut nearest: Option<Decomposition> = None;
@@ -129,6 +134,15 @@ pub fn convex_parts_within(mesh: &TriMesh, error: f64) -> Result<Decomposition, 
         }
     }
     nearest.ok_or(DecomposeError::NoParts { resolution: LEVELS[LEVELS.len() - 1].resolution })
+}
+
+/// A surface without those of its cavities.
+fn outer_surface(mesh: &TriMesh) -> Cow<'_, TriMesh> {
+    let Some(outer) = outer_triangles(mesh) else { return Cow::Borrowed(mesh) };
+    let kept = mesh.triangles.iter().zip(outer).filter(|(_, outer)| *outer).map(|(triangle, _)| *triangle);
+    let outer = TriMesh { vertices: mesh.vertices.clone(), triangles: kept.collect() };
+    // Drops the vertices of the cavities.
+    Cow::Owned(outer.weld(0.0))
 }
 
 /// The hulls of groups of points, compared with the mesh; `None` if all of them are flat.

@@ -1,7 +1,7 @@
 //! A ceramic bowl is struck on its rim: `cargo run --release -p clangor --example struck_bowl`.
 fn main() -> Result<(), clangor::Error> {
     let bowl = clangor::StruckBody::shape("bowl", "ceramic")?;
-    let sound = clangor::Strike::new(bowl) // at its highest point, which is on the rim
+    let sound = clangor::Strike::new(bowl) // on top, which is the rim
         .impulse([0.0, -0.01, 0.0]) // N s
         .listener([0.5, 0.3, 0.5]) // m from the centre of mass
         .render()?;

@@ -11,7 +11,7 @@ use super::values::{accuracy, band, finite, positive, wavenumber};
 
 #[derive(Args)]
 pub(crate) struct Bake {
-    /// A shape (coin, die:0.016x0.002 …), a mesh file (FILE.glb#BODY for one of several bodies), or a
+    /// A shape (coin, die:0.016x0.002 …), a mesh file (FILE.glb#NAME for one of several bodies), or a
     /// scene, whose models are written to the cache
     pub(crate) input: OsString,
     /// The model file to write, for a shape or a mesh file
@@ -89,7 +89,7 @@ pub(crate) struct Modes {
 pub(crate) struct Compare {
     /// The recording of one impact (.wav)
     pub(crate) sound: PathBuf,
-    /// A shape (bowl, box:0.3x0.03x0.01 …), a mesh file (FILE.glb#BODY for one of several bodies), or a sound
+    /// A shape (bowl, box:0.3x0.03x0.01 …), a mesh file (FILE.glb#NAME for one of several bodies), or a sound
     /// model with modes (.safetensors)
     pub(crate) model: OsString,
     /// Material preset of a shape or a mesh file; its damping is listed beside that of the recording

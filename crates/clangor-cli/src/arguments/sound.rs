@@ -113,7 +113,7 @@ pub(crate) struct Play {
 
 #[derive(Args)]
 pub(crate) struct Strike {
-    /// A shape (sphere:0.0075, coin, mug …), a mesh file (of a glTF file with several bodies: FILE.glb#BODY)
+    /// A shape (sphere:0.0075, coin, mug …), a mesh file (of a glTF file with several bodies: FILE.glb#NAME)
     /// or a sound model
     #[arg(required_unless_present = "list")]
     pub(crate) body: Option<OsString>,
@@ -144,7 +144,8 @@ pub(crate) struct Strike {
     #[arg(long, value_name = "N", default_value_t = 16, requires = "striker")]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=256))]
     pub(crate) contact_steps: u32,
-    /// Point of impact on the surface in metres from the centre of mass (default: the highest, along y)
+    /// Point of impact on the surface in metres from the centre of mass (default: off the middle of the face
+    /// that is highest, along y)
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub(crate) point: Option<DVec3>,
     /// Listener in metres from the centre of mass (default: 0.6,0.8,0)

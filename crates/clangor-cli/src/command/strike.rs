@@ -1,12 +1,13 @@
 //! `clangor strike`: one impact to one body, heard by one listener.
 
 use clangor_core::body::Surface;
+use clangor_core::glam::DVec3;
 use clangor_core::scene::render_description::Parts;
 use clangor_core::synthesis::BodyModes;
 use clangor_core::synthesis::strike::Striker;
 use clangor_pipeline::analysis::levels::db_spl;
 use clangor_pipeline::session::named_body::preset;
-use clangor_pipeline::session::{Strike as Impact, StruckBody};
+use clangor_pipeline::session::{Strike as Impact, StruckBody, check_sound_file};
 use serde_json::json;
 
 use super::dataset;
@@ -22,6 +23,8 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
     let Strike { body: Some(word), output: Some(output), .. } = options else {
         return Err(Failure::new("one impact needs a body and --output"));
     };
+    // A long computation is not begun for a file that cannot be written.
+    check_sound_file(output)?;
     let name = word.to_string_lossy();
     let material = options.material.as_deref().map(preset).transpose()?;
     let body = StruckBody::open(word, options.scale, material)?;
@@ -52,6 +55,10 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
             ));
         }
     }
+    if options.point.is_none() {
+        let DVec3 { x, y, z } = sound.point;
+        console.say(format_args!("struck at [{x:.5}, {y:.5}, {z:.5}] m from the centre of mass"));
+    }
     console.say(format_args!(
         "{}: contact {:.2} µs, velocity change {:.4} m/s, peak {} Pa ({} dB SPL)",
         output.display(),
@@ -75,7 +82,7 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
         "modal_energy_ratio": sound.modal_energy_ratio,
         "contact_duration_s": sound.contact_duration,
         "velocity_change_m_per_s": sound.velocity_change.to_array(),
-        "radius_m": sound.radius,
+        "equal_volume_radius_m": sound.radius,
         "peak_pa": peak,
         "modes": sound.modes,
         "samples": sound.pressures.len(),

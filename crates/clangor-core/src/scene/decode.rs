@@ -152,7 +152,7 @@ fn decode_tree<'t>(d: &mut Decoder<'t>, tree: &'t DeTable<'t>) -> Scene {
     let mut names = Names::default();
     let bodies = body::bodies(d, &top, &materials, acoustics.medium.sound_speed, &mut names);
     let planes = plane::planes(d, &top, &materials, &mut names, &mut acoustics);
-    let named = links::NamedBodies::new(&bodies);
+    let named = links::NamedBodies::new(&bodies, &names);
     let hangs = links::hangs(d, &top, &named);
     let springs = links::springs(d, &top, &named);
     let joints = joints::joints(d, &top, &named);

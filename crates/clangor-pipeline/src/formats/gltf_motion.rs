@@ -25,7 +25,7 @@ use crate::formats::mesh_reader::gltf::{Placed, append_node, placed_nodes};
 use crate::formats::mesh_reader::{Located, MOST_BYTES, MeshFault, MeshFileError};
 use crate::motion::file_units::FileUnits;
 use crate::motion::recording::{Frame, LengthUnit, TimeUnit};
-use curve::Curves;
+use curve::{Curves, is_morphed};
 use frames::NodeMotion;
 use implicit_shape::{ImplicitShape, ShapeFault};
 use key_times::KeyFrames;
@@ -38,6 +38,15 @@ pub enum NodeFault {
     /// A surface that bones deform.
     #[error("it has a skin; a rigid body cannot be deformed: export each part as an object of its own")]
     Skin,
+    /// A surface whose shape keys move.
+    #[error(
+        "its shape keys (morph targets) move; a rigid body cannot be deformed: export it without their \
+         animation, in one shape"
+    )]
+    Morph,
+    /// A matrix that is no translation, rotation and scale.
+    #[error("its matrix shears it; apply the transform before the export (Blender: Ctrl-A, All Transforms)")]
+    Shear,
     /// A scale that is not that of a body.
     #[error(
         "its scale is {x}, {y}, {z} below another node; apply the scale before the export (Blender: \
@@ -315,6 +324,9 @@ impl<'a> NodeTree<'a> {
         let node = &file.document.nodes[placed[place].node];
         if node.mesh.is_some() && node.skin.is_some() {
             return Err(NodeFault::Skin);
+        }
+        if is_morphed(file, placed[place].node)? {
+            return Err(NodeFault::Morph);
         }
         let motion = NodeMotion::of_chain(file, (placed, &self.curves), chain, unit)?;
         let mesh = local_mesh(file, &placed[place], &motion)

@@ -127,7 +127,7 @@ pub enum RecordTableError {
         /// The column.
         column: String,
     },
-    /// A column that holds lists, records or decimals.
+    /// A column that holds lists or records.
     #[error(
         "{path}: column {column} holds neither numbers nor texts; write one plain column for each component"
     )]

@@ -119,6 +119,9 @@ impl FrameChecks {
         check_numbers(name, frame)?;
         self.check_order(name, frame)?;
         let fall = self.free_falls.push(frame);
+        if let Some(order) = &mut self.order {
+            order.begin(frame.pose.orientation, frame.row);
+        }
         if let (Some(fall), Some(order)) = (fall, &mut self.order) {
             order.push(&fall, frame.row);
         }
@@ -269,7 +272,20 @@ pub(crate) fn notices(
     let (gltf, tables) = bodies.split_at(from_gltf.min(bodies.len()));
     found.extend(falls_along_z(gltf).then_some(RecordingNotice::ZUpInGltf));
     found.extend(falls_along_z(tables).then_some(RecordingNotice::ZUp));
+    let is_known = found.iter().any(|notice| matches!(notice, RecordingNotice::ScalarFirst { .. }));
+    found.extend(
+        all_begin_with_one(tables)
+            .filter(|_| !is_known)
+            .map(|(body, row)| RecordingNotice::BeginsWithOne { body: name(body), row }),
+    );
     found
+}
+
+/// The first body and its first row, if the quaternions of all bodies begin with (1, 0, 0, 0).
+fn all_begin_with_one(bodies: &[(BodyId, FrameChecks)]) -> Option<(BodyId, u64)> {
+    let ordered = || bodies.iter().filter_map(|(body, checks)| Some((*body, checks.order?)));
+    let first = ordered().next().and_then(|(body, order)| Some((body, order.begins_with_one()?)));
+    first.filter(|_| ordered().all(|(_, order)| order.begins_with_one().is_some()))
 }
 
 /// The length of the frames of all bodies \[s\], if it is one; `None` as well without frames.

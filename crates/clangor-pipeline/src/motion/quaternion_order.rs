@@ -9,8 +9,10 @@
 //! momentum turns about. A fall of seven frames is a sign of the wrong order if L as read varies by more than
 //! 10 %, and by less than 2 % with the scalar taken from the front.
 //!
-//! Not detected: spheres, cubes and other bodies with one moment of inertia only; bodies that hardly turn;
-//! and spins about a fixed axis, which engines without gyroscopic torque give to every body, in either order.
+//! Falls do not show it of spheres, cubes and other bodies with one moment of inertia only, of bodies that
+//! hardly turn, nor of spins about a fixed axis, which engines without gyroscopic torque give to every body.
+//! Most recordings begin with a body that is not turned: (1, 0, 0, 0), or half a turn about x as read. Where
+//! every body begins so, the order is doubted too.
 
 use clangor_core::glam::{DMat3, DQuat, DVec3};
 
@@ -23,6 +25,9 @@ const CONSTANT: f64 = 0.02;
 const TUMBLES: f64 = 0.05;
 /// Smallest angle of a fall, and largest within a frame of it \[rad\].
 const TURN: (f64, f64) = (0.5, 0.5);
+/// What (1, 0, 0, 0) is as read, and the differences of its rounding.
+const HALF_TURN: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+const SAME: f64 = 1e-9;
 /// Falls that show the wrong order.
 const FEWEST: u64 = 3;
 
@@ -38,12 +43,25 @@ pub(crate) struct QuaternionOrder {
     last: u64,
     /// Row of the first of the former.
     row: u64,
+    /// Row of the first frame, and whether it is (1, 0, 0, 0).
+    begins: Option<(u64, bool)>,
 }
 
 impl QuaternionOrder {
     /// Of a body with this inertia [kg m²], whose file was turned so.
     pub(crate) fn new(inertia: DMat3, turn: DQuat) -> Self {
-        QuaternionOrder { inertia, turn, first: 0, last: 0, row: 0 }
+        QuaternionOrder { inertia, turn, first: 0, last: 0, row: 0, begins: None }
+    }
+
+    /// Takes the orientation of the first frame, which is in a row.
+    pub(super) fn begin(&mut self, orientation: DQuat, row: u64) {
+        let as_written = self.turn.inverse() * orientation;
+        self.begins.get_or_insert((row, as_written.abs_diff_eq(HALF_TURN, SAME)));
+    }
+
+    /// The row of the first frame, if that is (1, 0, 0, 0).
+    pub(super) fn begins_with_one(&self) -> Option<u64> {
+        self.begins.filter(|(_, is_one)| *is_one).map(|(row, _)| row)
     }
 
     /// Takes times \[s\] and orientations of a fall that ends in a row.

@@ -191,6 +191,18 @@ pub enum RecordingNotice {
         /// Row in which its first fall ends.
         row: u64,
     },
+    /// Bodies that all begin with (1, 0, 0, 0).
+    #[error(
+        "body {body}, row {row}: orientation_x is 1 and orientation_w 0 where the motion begins, which is \
+         upside down; if orientation_x, _y, _z and _w hold w, x, y and z, rename them, so that orientation_w \
+         holds the scalar"
+    )]
+    BeginsWithOne {
+        /// The first body; all others begin so too.
+        body: String,
+        /// Its first row.
+        row: u64,
+    },
     /// A body that turns too fast for its frames.
     #[error(
         "body {body}, row {row}: it turns by {degrees:.0}° within a frame; turns beyond 180° cannot be \

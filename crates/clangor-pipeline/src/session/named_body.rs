@@ -1,5 +1,5 @@
-//! A solid named by a word: a shape of the library, a mesh file, or a body in a glTF file with the sound of
-//! its bodies (`KHR_audio_rigid_bodies`): `FILE.glb`, or `FILE.glb#BODY`.
+//! A solid named by a word: a shape of the library, a mesh file, a node of a glTF file (`FILE.glb#NODE`), or a
+//! body in one with the sound of its bodies (`KHR_audio_rigid_bodies`): `FILE.glb`, or `FILE.glb#BODY`.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -10,6 +10,7 @@ use clangor_core::sound_model::modal::model::ModalModel;
 
 use super::error::Error;
 use crate::interchange::audio_rigid_bodies::{Played, choose_body, read_audio_bodies};
+use crate::stages::gltf_node::{file_and_node, is_gltf_file};
 use crate::stages::load::{load_named, mesh_geometry};
 
 /// The material preset of a name.
@@ -62,7 +63,7 @@ impl GltfBody {
     ) -> Result<Option<Self>, Error> {
         let word = word.as_ref();
         let name = &*word.to_string_lossy();
-        let (file, body) = file_and_body(word);
+        let (file, body) = file_and_node(word);
         let bodies = read_audio_bodies(Path::new(file))?;
         let Some(body) = choose_body(bodies, body, &file.to_string_lossy())? else { return Ok(None) };
         let body = body.scaled(scale);
@@ -114,20 +115,5 @@ impl NamedSolid {
 
 /// Whether a path is that of a glTF file, or of a body in one.
 pub fn is_gltf(path: &Path) -> bool {
-    ends_in_gltf(file_and_body(path.as_os_str()).0)
-}
-
-/// A file, and the name of a body in it; a # in the name of an existing file belongs to its name.
-fn file_and_body(word: &OsStr) -> (&OsStr, Option<&str>) {
-    match word.to_str().and_then(|text| text.rsplit_once('#')) {
-        Some((file, body)) if ends_in_gltf(file.as_ref()) && !Path::new(word).exists() => {
-            (file.as_ref(), Some(body))
-        }
-        _ => (word, None),
-    }
-}
-
-fn ends_in_gltf(file: &OsStr) -> bool {
-    let ending = Path::new(file).extension().map(|e| e.to_ascii_lowercase());
-    ending.is_some_and(|e| e == "glb" || e == "gltf")
+    is_gltf_file(file_and_node(path.as_os_str()).0)
 }

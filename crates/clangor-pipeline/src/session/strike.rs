@@ -7,7 +7,6 @@ use std::f64::consts::{LN_10, TAU};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use clangor_core::body::{Body, Surface};
 use clangor_core::contact::contact_forces::OFFLINE_STEPS;
 use clangor_core::contact::force_profile::ForceProfile;
 use clangor_core::glam::DVec3;
@@ -26,6 +25,7 @@ use super::sounding_body::{SoundingBody, point_source};
 use super::struck_body::StruckBody;
 use super::struck_model::ModelChoice;
 use super::struck_sound::StruckSound;
+use super::top_point::top_point;
 use crate::stages::sound_models::ModelOptions;
 
 /// Shortest sound, unless another length is asked for \[s\].
@@ -63,10 +63,11 @@ pub struct Strike {
 }
 
 impl Strike {
-    /// An impulse of 0.01 N s downwards at the highest point of the body, heard 1 m away along x, at 48 kHz.
+    /// An impulse of 0.01 N s downwards on top of the body, off the middle of its highest face, heard 1 m away,
+    /// at 48 kHz.
     pub fn new(body: impl Into<StruckBody>) -> Self {
         let body = body.into();
-        let impact = usual_impact(highest_point(&body.body));
+        let impact = usual_impact(top_point(&body.body));
         Strike {
             body,
             impact,
@@ -256,15 +257,4 @@ fn cut_silence(sound: &mut StruckSound) {
     let shortest = ((SHORTEST + LEAD) * sound.sample_rate.as_f64()).ceil() as usize;
     sound.pressures.truncate(heard.max(shortest));
     sound.times.truncate(heard.max(shortest));
-}
-
-/// The highest point of the surface about the centre of mass \[m\].
-fn highest_point(body: &Body) -> DVec3 {
-    match &*body.surface {
-        Surface::Mesh(surface) => {
-            let vertices = surface.mesh.vertices.iter().copied();
-            vertices.max_by(|a, b| a.y.total_cmp(&b.y)).unwrap_or(DVec3::ZERO)
-        }
-        surface => DVec3::Y * surface.bounding_radius(),
-    }
 }

@@ -81,7 +81,8 @@ impl StruckBody {
     }
 
     /// A body named by a word: a shape of the library, a mesh file whose unit is `scale` metres, a sound
-    /// model (`.safetensors`), or a glTF file with the sound of its bodies (`FILE.glb`, `FILE.glb#BODY`).
+    /// model (`.safetensors`), a node of a glTF file (`FILE.glb#NAME`), or a glTF file with the sound of its
+    /// bodies (`FILE.glb`, `FILE.glb#NAME`).
     /// Only the last may be without a material.
     ///
     /// # Errors

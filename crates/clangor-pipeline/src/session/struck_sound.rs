@@ -11,7 +11,7 @@ use clangor_core::synthesis::source_rule::SourceKind;
 use clangor_core::synthesis::strike::LEAD;
 
 use super::error::Error;
-use crate::formats::atomic_file::write_atomically;
+use crate::formats::atomic_file::{check_folder, write_atomically};
 use crate::formats::wav::{Meaning, SampleFormat, WavSpec, WavWriter};
 use crate::stages::sound_models::OtherMaterial;
 use crate::stages::sound_models::patience::cpu_time;
@@ -112,6 +112,31 @@ impl fmt::Display for StrikeRemark {
     }
 }
 
+/// What the ending of a file says of its content.
+enum SoundFormat {
+    Csv,
+    Wav,
+}
+
+impl SoundFormat {
+    fn of(path: &Path) -> Result<Self, Error> {
+        match path.extension().and_then(|ending| ending.to_str()) {
+            Some("csv") => Ok(SoundFormat::Csv),
+            Some("wav") => Ok(SoundFormat::Wav),
+            _ => Err(Error::OutputEnding),
+        }
+    }
+}
+
+/// Checks that a sound can be [written](StruckSound::write) to a file, before it is computed.
+///
+/// # Errors
+/// [`Error::OutputEnding`], and [`Error::Output`] for a folder that does not exist.
+pub fn check_sound_file(path: impl AsRef<Path>) -> Result<(), Error> {
+    SoundFormat::of(path.as_ref())?;
+    Ok(check_folder(path.as_ref())?)
+}
+
 impl StruckSound {
     /// Largest absolute pressure \[Pa\].
     pub fn peak(&self) -> f64 {
@@ -124,10 +149,9 @@ impl StruckSound {
     /// [`Error::OutputEnding`], [`Error::Wav`], [`Error::Output`]; the file appears only once it is complete.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref();
-        match path.extension().and_then(|ending| ending.to_str()) {
-            Some("csv") => self.write_csv(path),
-            Some("wav") => self.write_wav(path),
-            _ => Err(Error::OutputEnding),
+        match SoundFormat::of(path)? {
+            SoundFormat::Csv => self.write_csv(path),
+            SoundFormat::Wav => self.write_wav(path),
         }
     }
 

@@ -20,6 +20,7 @@ use crate::formats::input_file::read_bounded;
 use crate::formats::mesh_reader::read_mesh;
 use crate::stages::breakables::breakables;
 use crate::stages::collision_parts::{CollisionMesh, Collisions};
+use crate::stages::gltf_node::{file_and_node, node_mesh};
 use crate::stages::impact_modes::ImpactModes;
 
 /// A scene with everything that its file refers to.
@@ -211,7 +212,8 @@ pub fn geometry_reference(text: &str, scale: f64) -> GeometryReference {
 }
 
 fn is_mesh_file(word: &OsStr) -> bool {
-    let ending = Path::new(word).extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let (file, _) = file_and_node(word);
+    let ending = Path::new(file).extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     MESH_ENDINGS.contains(&ending.as_str())
 }
 
@@ -289,11 +291,14 @@ pub fn size_warning(surface: &Surface) -> Option<String> {
     })
 }
 
-/// The geometry of a mesh file, and what its convex parts are made of.
+/// The geometry of a mesh file, or of a node of one (`FILE.glb#NODE`), and what its convex parts are made of.
 ///
 /// # Errors
 /// [`GeometryError`] with what to do.
 pub fn load_mesh(path: &Path, scale: f64) -> Result<(LoadedGeometry, CollisionMesh), GeometryError> {
+    if let (file, Some(node)) = file_and_node(path.as_os_str()) {
+        return solid_of_mesh(&node_mesh(Path::new(file), node)?, scale);
+    }
     let mesh = read_mesh(path).map_err(|e| GeometryError {
         reason: e.to_string(),
         remedy: "correct the path, or export the mesh again".into(),

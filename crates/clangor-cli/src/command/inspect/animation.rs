@@ -55,7 +55,8 @@ pub(super) fn report(path: &Path, motion: &GltfMotion, console: &Console) -> Res
     let faulty = faulty.iter().map(|node| json!({ "name": node.name, "fault": node.fault.to_string() }));
     let faulty: Vec<Value> = faulty.collect();
     console.say(
-        "clangor import gltf SCENE.toml FILE makes a timeline of it; strike and bake take all as one body",
+        "clangor import gltf SCENE.toml FILE makes a timeline of it; strike, bake and the `mesh` of a scene \
+         take one node as FILE#NAME, or all as one body",
     );
     console.json(&json!({ "nodes": nodes, "faults": faulty, "duration_s": last }));
     Ok(())

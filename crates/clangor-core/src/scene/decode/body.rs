@@ -91,7 +91,10 @@ pub(super) fn bodies(
     let mut total = 0u64;
     for (index, section) in top.list(d, "body", KEYS).into_iter().enumerate() {
         let name = name(d, &section, &format!("body-{}", index + 1), names);
-        let Some(body) = body(d, &section, name, materials, sound_speed) else { continue };
+        let Some(body) = body(d, &section, name.clone(), materials, sound_speed) else {
+            names.mark_faulty(name);
+            continue;
+        };
         total = total.saturating_add(body.count() as u64);
         if total > MAX_BODIES {
             let problem = Problem::TooManyBodies { count: total, limit: MAX_BODIES };

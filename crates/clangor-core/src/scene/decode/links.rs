@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::names::Names;
 use super::reader::{Decoder, Section};
 use crate::quantity;
 use crate::scene::body_description::{BodyDescription, Copies};
@@ -86,12 +87,13 @@ pub(super) struct NamedBodies<'b> {
     bodies: &'b [BodyDescription],
     /// Indices in the order of the names.
     by_name: BTreeMap<&'b str, usize>,
+    names: &'b Names,
 }
 
 impl<'b> NamedBodies<'b> {
-    pub(super) fn new(bodies: &'b [BodyDescription]) -> Self {
+    pub(super) fn new(bodies: &'b [BodyDescription], names: &'b Names) -> Self {
         let by_name = bodies.iter().enumerate().map(|(index, body)| (body.name.as_str(), index)).collect();
-        NamedBodies { bodies, by_name }
+        NamedBodies { bodies, by_name, names }
     }
 
     fn find(&self, name: &str) -> Option<&'b BodyDescription> {
@@ -123,6 +125,10 @@ pub(super) fn body_name(
     let name = node.text(d, "the name of a body in quotes")?;
     if bodies.has(name, groups) {
         return Some(name.to_owned());
+    }
+    // Its own errors are listed already.
+    if bodies.names.is_faulty(name) {
+        return None;
     }
     let shown = |b: &BodyDescription| match b.copies {
         Copies::One => b.name.clone(),

@@ -1,6 +1,6 @@
 //! Names of a scene's bodies, planes and listeners: read, defaulted, and each used once.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::reader::{Decoder, Section};
 use crate::scene::diagnostic::{Place, Problem};
@@ -9,6 +9,8 @@ use crate::scene::diagnostic::{Place, Problem};
 #[derive(Default)]
 pub(super) struct Names {
     lines: BTreeMap<String, usize>,
+    /// Names of bodies that have errors of their own.
+    faulty: BTreeSet<String>,
 }
 
 impl Names {
@@ -17,6 +19,18 @@ impl Names {
         if let Some(first_line) = self.lines.insert(name.to_owned(), place.line) {
             d.error(place.clone(), Problem::DuplicateName { name: name.to_owned(), first_line });
         }
+    }
+
+    /// Notes that the body of a name has errors.
+    pub(super) fn mark_faulty(&mut self, name: String) {
+        self.faulty.insert(name);
+    }
+
+    /// Whether a name is that of a body with errors, or of a copy of one.
+    pub(super) fn is_faulty(&self, name: &str) -> bool {
+        let is_number = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+        let group = name.rsplit_once('-').filter(|(_, number)| is_number(number)).map(|(group, _)| group);
+        self.faulty.contains(name) || group.is_some_and(|group| self.faulty.contains(group))
     }
 }
 

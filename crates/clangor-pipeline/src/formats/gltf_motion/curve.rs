@@ -8,6 +8,7 @@ use super::NodeFault;
 use super::key_times::KeyFrames;
 use crate::formats::mesh_reader::MeshFault;
 use crate::formats::mesh_reader::gltf::document::{Accessor, Animation, Channel, GltfFile};
+use crate::formats::mesh_reader::gltf::morph_weights;
 use crate::motion::recording::{MAX_TIME, TimeUnit};
 
 /// How values lie between keys.
@@ -128,6 +129,41 @@ fn read(
     }
     let times = frames.map_or_else(|| times.clone(), |frames| frames.exact(&times));
     Ok(Curve { times, interpolation, values, is_rotation })
+}
+
+/// Weights of morph targets that count as equal.
+const SAME_WEIGHT: f64 = 1e-4;
+
+/// Whether an animation gives the morph targets of a node other weights than the mesh is read with.
+pub(super) fn is_morphed(file: &GltfFile, node: usize) -> Result<bool, NodeFault> {
+    let document = &file.document;
+    let fault = |reason: String| NodeFault::Curve { path: "weights", reason };
+    let Some(mesh) = document.nodes[node].mesh.and_then(|mesh| document.meshes.get(mesh)) else {
+        return Ok(false);
+    };
+    let rest = morph_weights(&document.nodes[node], mesh);
+    let targets = mesh.primitives.first().map_or(0, |primitive| primitive.targets.len());
+    for animation in document.animations.iter().filter(|_| targets > 0) {
+        let of_node =
+            |channel: &&Channel| channel.target.node == Some(node) && channel.target.path == "weights";
+        for channel in animation.channels.iter().filter(of_node) {
+            let sampler = animation.samplers.get(channel.sampler);
+            let sampler = sampler.ok_or_else(|| fault("its sampler does not exist".into()))?;
+            let output = document.accessors.get(sampler.output);
+            let output = output.ok_or_else(|| fault("an accessor does not exist".into()))?;
+            let values = file.numbers::<1>(output).map_err(|error| fault(error.to_string()))?;
+            let values: Vec<f64> = values.map(|[value]| value).collect();
+            // A key of a cubic curve has its tangents before and after its values.
+            let is_cubic = sampler.interpolation.as_deref() == Some("CUBICSPLINE");
+            let (length, first) = if is_cubic { (3 * targets, targets) } else { (targets, 0) };
+            let of_targets = values.chunks_exact(length).flat_map(|key| key.iter().skip(first).take(targets));
+            let weights = (0..targets).map(|k| rest.get(k).copied().unwrap_or(0.0)).cycle();
+            if of_targets.zip(weights).any(|(value, weight)| (value - weight).abs() > SAME_WEIGHT) {
+                return Ok(true);
+            }
+        }
+    }
+    Ok(false)
 }
 
 fn vectors<const N: usize>(file: &GltfFile, accessor: &Accessor) -> Result<Vec<DVec4>, MeshFault> {

@@ -43,20 +43,29 @@ struct Rest {
     translation: DVec3,
     rotation: DQuat,
     scale: DVec3,
+    /// Whether `KHR_node_visibility` hides it, and all below it.
+    is_hidden: bool,
 }
 
 impl Rest {
-    fn of(node: &Node) -> Self {
+    fn of(node: &Node) -> Result<Self, NodeFault> {
+        let visible = node.extensions.visibility.as_ref().and_then(|visibility| visibility.get("visible"));
+        let is_hidden = visible.and_then(serde_json::Value::as_bool) == Some(false);
         if let Some(matrix) = node.matrix {
             let matrix = DMat4::from_cols_array(&matrix);
             let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
-            return Rest { translation, rotation, scale };
+            let same = DMat4::from_scale_rotation_translation(scale, rotation, translation);
+            if !(same - matrix).abs_diff_eq(DMat4::ZERO, SAME_SCALE * scale.abs().max_element()) {
+                return Err(NodeFault::Shear);
+            }
+            return Ok(Rest { translation, rotation, scale, is_hidden });
         }
-        Rest {
+        Ok(Rest {
             translation: node.translation.map_or(DVec3::ZERO, DVec3::from_array),
             rotation: node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q).normalize()),
             scale: node.scale.map_or(DVec3::ONE, DVec3::from_array),
-        }
+            is_hidden,
+        })
     }
 }
 
@@ -78,7 +87,8 @@ impl NodeMotion {
         unit: LengthUnit,
     ) -> Result<Self, NodeFault> {
         let rest = |place: &usize| Rest::of(&file.document.nodes[placed[*place].node]);
-        let links: Vec<(Rest, &Curves)> = chain.iter().map(|place| (rest(place), &curves[*place])).collect();
+        let link = |place: &usize| Ok((rest(place)?, &curves[*place]));
+        let links = chain.iter().map(link).collect::<Result<Vec<(Rest, &Curves)>, NodeFault>>()?;
         let is_animated = links.iter().any(|(_, curves)| curves.is_animated());
         let moved_by = chain.iter().copied().find(|place| curves[*place].moves());
         let times = clock(&links);
@@ -152,6 +162,9 @@ impl Chain<'_> {
 }
 
 fn scale_of((rest, curves): &(Rest, &Curves), time: f64) -> DVec3 {
+    if rest.is_hidden {
+        return DVec3::ZERO;
+    }
     curves.scale.as_ref().map_or(rest.scale, |curve| curve.vector_at(time))
 }
 

@@ -2,8 +2,8 @@
 //! nodes.
 //!
 //! Read are positions (32-bit floats) and indices of triangle lists, from the binary chunk, data URIs and
-//! files beside the `.gltf`. Compressed and sparse geometry is refused; skins, morph targets, materials and
-//! animations are ignored.
+//! files beside the `.gltf`, displaced by the morph targets with the weights of the node or of the mesh.
+//! Compressed and sparse geometry is refused; skins, materials and animations are ignored.
 
 pub(crate) mod document;
 
@@ -13,7 +13,7 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat4, DQuat, DVec3};
 
 use super::{Located, MeshFault};
-use document::{Accessor, BYTE, Document, FLOAT, GltfFile, INT, Node, Primitive, SHORT, TRIANGLES};
+use document::{Accessor, BYTE, Document, FLOAT, GltfFile, INT, Mesh, Node, Primitive, SHORT, TRIANGLES};
 
 /// Reads the scene; `folder` holds the buffers that the file names.
 pub(crate) fn parse(bytes: &[u8], folder: &Path) -> Result<TriMesh, Located> {
@@ -58,13 +58,20 @@ pub(crate) fn placed_nodes(document: &Document) -> Result<Vec<Placed>, Located> 
 
 /// Adds the triangles of a node's mesh, if it has one, in the frame of the scene.
 pub(crate) fn append_node(file: &GltfFile, placed: &Placed, mesh: &mut TriMesh) -> Result<(), Located> {
-    let Some(index) = file.document.nodes.get(placed.node).and_then(|n| n.mesh) else { return Ok(()) };
+    let Some(node) = file.document.nodes.get(placed.node) else { return Ok(()) };
+    let Some(index) = node.mesh else { return Ok(()) };
     let source = file.document.meshes.get(index).ok_or_else(|| missing("mesh", index))?;
+    let weights = morph_weights(node, source);
     for primitive in &source.primitives {
-        append(file, primitive, &placed.transform, mesh)
+        append(file, (primitive, weights), &placed.transform, mesh)
             .map_err(|fault| Located::at_element("mesh", index, fault))?;
     }
     Ok(())
+}
+
+/// Weights of the morph targets of a node with this mesh.
+pub(crate) fn morph_weights<'a>(node: &'a Node, mesh: &'a Mesh) -> &'a [f64] {
+    node.weights.as_deref().unwrap_or(&mesh.weights)
 }
 
 fn missing(list: &'static str, index: usize) -> Located {
@@ -100,10 +107,10 @@ fn local(node: &Node) -> DMat4 {
     )
 }
 
-/// Adds the triangles of a primitive.
+/// Adds the triangles of a primitive, displaced by its morph targets with these weights.
 fn append(
     file: &GltfFile,
-    primitive: &Primitive,
+    (primitive, weights): (&Primitive, &[f64]),
     transform: &DMat4,
     mesh: &mut TriMesh,
 ) -> Result<(), MeshFault> {
@@ -119,8 +126,20 @@ fn append(
     let first = mesh.vertices.len();
     let positions = accessor(file, positions, "VEC3", &[FLOAT])?;
     file.take(positions.count)?;
-    for position in file.floats::<3>(positions)? {
-        let vertex = transform.transform_point3(DVec3::from_array(position));
+    let mut positions: Vec<DVec3> = file.floats::<3>(positions)?.map(DVec3::from_array).collect();
+    for (target, weight) in primitive.targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+        let Some(displacements) = target.position else { continue };
+        let displacements = accessor(file, displacements, "VEC3", &[FLOAT])?;
+        if displacements.count != positions.len() {
+            let reason = "a morph target has not as many positions as its primitive; export it again";
+            return Err(MeshFault::Syntax { reason });
+        }
+        for (position, displacement) in positions.iter_mut().zip(file.floats::<3>(displacements)?) {
+            *position += *weight * DVec3::from_array(displacement);
+        }
+    }
+    for position in positions {
+        let vertex = transform.transform_point3(position);
         if !vertex.is_finite() {
             return Err(MeshFault::NotFinite);
         }

@@ -25,7 +25,7 @@ const MODAL_SOLVERS: u32 = 6;
 /// The same for the bank of ringing ellipsoids.
 const BANK_SOLVERS: u32 = 3;
 /// The same for the convex parts of meshes, by a change of any bit.
-const DECOMPOSITION: u32 = 1;
+const DECOMPOSITION: u32 = 2;
 
 /// The hash of everything that a baked model depends on, 32 hexadecimal digits. Where it was computed is none
 /// of it: what comes from either device is equal to well below any accuracy.

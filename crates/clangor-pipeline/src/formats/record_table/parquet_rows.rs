@@ -83,7 +83,7 @@ enum Kind {
     Plain,
     /// Dates, times of a clock, or durations with a type of their own.
     Calendar,
-    /// Anything else, such as decimals.
+    /// Anything else, such as lists.
     Other,
 }
 
@@ -95,6 +95,7 @@ fn kind(column: &ColumnDescriptor) -> Kind {
                 Logical::Integer { .. }
                 | Logical::String
                 | Logical::Enum
+                | Logical::Decimal { .. }
                 | Logical::Float16
                 | Logical::Unknown,
             ),
@@ -111,7 +112,7 @@ fn kind(column: &ColumnDescriptor) -> Kind {
             | ConvertedType::INTERVAL,
         ) => Kind::Calendar,
         (None, _) if column.physical_type() == PhysicalType::INT96 => Kind::Calendar,
-        (Some(_), _) | (None, ConvertedType::DECIMAL) => Kind::Other,
+        (Some(_), _) => Kind::Other,
         (None, _) => Kind::Plain,
     }
 }
@@ -125,6 +126,8 @@ struct Batch {
     present: i16,
     is_unsigned: bool,
     is_half: bool,
+    /// By what a decimal is divided.
+    unit: Option<f64>,
     levels: Vec<i16>,
     numbers: Vec<f64>,
     texts: Vec<ByteArray>,
@@ -141,6 +144,7 @@ impl Batch {
             present: column.max_def_level(),
             is_unsigned: unsigned.contains(&column.converted_type()),
             is_half: column.logical_type_ref() == Some(&LogicalType::Float16),
+            unit: is_decimal(column).then(|| 10_f64.powi(column.type_scale())),
             levels: Vec::new(),
             numbers: Vec::new(),
             texts: Vec::new(),
@@ -168,7 +172,8 @@ impl Batch {
                 let (records, ..) = reader.read_records(rows, levels, None, &mut values)?;
                 let is_unsigned = self.is_unsigned;
                 let number = |n: i32| if is_unsigned { f64::from(n.cast_unsigned()) } else { f64::from(n) };
-                self.numbers.extend(values.into_iter().map(number));
+                let unit = self.unit.unwrap_or(1.0);
+                self.numbers.extend(values.into_iter().map(|n| number(n) / unit));
                 records
             }
             ColumnReader::Int64ColumnReader(reader) => {
@@ -176,7 +181,8 @@ impl Batch {
                 let (records, ..) = reader.read_records(rows, levels, None, &mut values)?;
                 let is_unsigned = self.is_unsigned;
                 let number = |n: i64| if is_unsigned { n.cast_unsigned() as f64 } else { n as f64 };
-                self.numbers.extend(values.into_iter().map(number));
+                let unit = self.unit.unwrap_or(1.0);
+                self.numbers.extend(values.into_iter().map(|n| number(n) / unit));
                 records
             }
             ColumnReader::FloatColumnReader(reader) => {
@@ -189,12 +195,18 @@ impl Batch {
                 reader.read_records(rows, levels, None, &mut self.numbers)?.0
             }
             ColumnReader::ByteArrayColumnReader(reader) => {
-                reader.read_records(rows, levels, None, &mut self.texts)?.0
+                let (records, ..) = reader.read_records(rows, levels, None, &mut self.texts)?;
+                if let Some(unit) = self.unit {
+                    self.numbers.extend(self.texts.drain(..).map(|bytes| whole(bytes.data()) / unit));
+                }
+                records
             }
             ColumnReader::FixedLenByteArrayColumnReader(reader) => {
                 let mut values = Vec::new();
                 let (records, ..) = reader.read_records(rows, levels, None, &mut values)?;
-                if self.is_half {
+                if let Some(unit) = self.unit {
+                    self.numbers.extend(values.iter().map(|bytes| whole(bytes.data()) / unit));
+                } else if self.is_half {
                     self.numbers.extend(values.iter().map(|value| half(value.data())));
                 } else {
                     self.texts.extend(values.into_iter().map(ByteArray::from));
@@ -232,6 +244,19 @@ impl Batch {
         }
         self.next += 1;
     }
+}
+
+/// Whether a column holds decimals: whole numbers that are divided by a power of ten.
+fn is_decimal(column: &ColumnDescriptor) -> bool {
+    matches!(column.logical_type_ref(), Some(LogicalType::Decimal { .. }))
+        || column.converted_type() == ConvertedType::DECIMAL
+}
+
+/// A whole number with its highest byte first, in two's complement.
+fn whole(bytes: &[u8]) -> f64 {
+    let negative = bytes.first().is_some_and(|first| first >> 7 == 1);
+    let start = if negative { -1_i128 } else { 0 };
+    bytes.iter().fold(start, |number, byte| number << 8 | i128::from(*byte)) as f64
 }
 
 /// A number of 16 bits: sign, 5 bits of exponent, 10 of mantissa.

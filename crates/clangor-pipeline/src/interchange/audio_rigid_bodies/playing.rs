@@ -66,7 +66,7 @@ pub struct Played {
     pub remarks: Vec<String>,
 }
 
-/// The body of this name, or the only one, or the only one that rings.
+/// The body of this name, or the only one, or the only one that rings; `None` if there are none.
 ///
 /// # Errors
 /// [`AudioUseError`]; `file` is for its message.
@@ -82,8 +82,8 @@ pub fn choose_body(
         None => (0..bodies.len()).filter(|i| bodies[*i].ringing.is_some()).collect(),
     };
     match (name, chosen[..].len()) {
+        _ if bodies.is_empty() => Ok(None),
         (_, 1) => Ok(bodies.into_iter().nth(chosen[0])),
-        (None, _) if bodies.is_empty() => Ok(None),
         (None, _) => Err(AudioUseError::Several {
             file: file.into(),
             names: names(),

@@ -81,6 +81,8 @@ pub(crate) struct Extensions {
     pub(crate) physics: Option<Value>,
     #[serde(rename = "KHR_implicit_shapes")]
     pub(crate) shapes: Option<Value>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub(crate) visibility: Option<Value>,
 }
 
 #[derive(Deserialize)]
@@ -105,11 +107,16 @@ pub(crate) struct Node {
     pub(crate) rotation: Option<[f64; 4]>,
     pub(crate) scale: Option<[f64; 3]>,
     pub(crate) skin: Option<usize>,
+    /// Of morph targets, instead of those of the mesh.
+    pub(crate) weights: Option<Vec<f64>>,
 }
 
 #[derive(Deserialize)]
 pub(crate) struct Mesh {
     pub(crate) primitives: Vec<Primitive>,
+    /// Of morph targets.
+    #[serde(default)]
+    pub(crate) weights: Vec<f64>,
 }
 
 #[derive(Deserialize)]
@@ -118,6 +125,9 @@ pub(crate) struct Primitive {
     pub(crate) indices: Option<usize>,
     pub(crate) mode: Option<u32>,
     pub(crate) material: Option<usize>,
+    /// Displacements of the vertices.
+    #[serde(default)]
+    pub(crate) targets: Vec<Attributes>,
     #[serde(default)]
     pub(crate) extensions: std::collections::BTreeMap<String, serde::de::IgnoredAny>,
 }

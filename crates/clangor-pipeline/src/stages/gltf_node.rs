@@ -1,0 +1,54 @@
+//! A body that is one node of a glTF file: `FILE.glb#NODE`, the name as `inspect` prints it.
+//!
+//! Its triangles are those of the node alone, in its own frame with its scale and that of the nodes above it.
+
+use std::ffi::OsStr;
+use std::path::Path;
+
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::scene::instantiate::GeometryError;
+
+use crate::formats::gltf_motion::read_gltf_motion;
+use crate::motion::file_units::FileUnits;
+
+/// Most names in a message.
+const MOST_NAMES: usize = 12;
+
+/// A file, and the name of a node or body in it; a # in the name of an existing file belongs to its name.
+pub(crate) fn file_and_node(word: &OsStr) -> (&OsStr, Option<&str>) {
+    match word.to_str().and_then(|text| text.rsplit_once('#')) {
+        Some((file, node)) if is_gltf_file(file.as_ref()) && !Path::new(word).exists() => {
+            (file.as_ref(), Some(node))
+        }
+        _ => (word, None),
+    }
+}
+
+/// Whether a name ends like that of a glTF file.
+pub(crate) fn is_gltf_file(file: &OsStr) -> bool {
+    let ending = Path::new(file).extension().map(OsStr::to_ascii_lowercase);
+    ending.is_some_and(|ending| ending == "glb" || ending == "gltf")
+}
+
+/// The triangles of a node.
+pub(super) fn node_mesh(file: &Path, name: &str) -> Result<TriMesh, GeometryError> {
+    let refused = |reason: String, remedy: &str| GeometryError { reason, remedy: remedy.into() };
+    let motion = read_gltf_motion(file, &[], FileUnits::default())
+        .map_err(|error| refused(error.to_string(), "correct the path, or export the file again"))?;
+    if let Some(node) = motion.nodes.iter().find(|node| node.name == name && node.mesh.is_some()) {
+        return Ok(node.mesh.clone().unwrap_or_default());
+    }
+    let file = file.display();
+    if let Some(faulty) = motion.faults.iter().find(|faulty| faulty.name == name) {
+        return Err(refused(format!("{file}: {faulty}"), "export the file again"));
+    }
+    let names: Vec<String> = motion
+        .nodes
+        .iter()
+        .filter(|node| node.mesh.is_some())
+        .map(|node| format!("\"{}\"", node.name))
+        .take(MOST_NAMES)
+        .collect();
+    let known = if names.is_empty() { "no node with triangles".into() } else { names.join(", ") };
+    Err(refused(format!("{file} has no node with triangles \"{name}\""), &format!("it has {known}")))
+}

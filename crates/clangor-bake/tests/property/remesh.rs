@@ -244,3 +244,32 @@ fn the_resolution_follows_accuracy_wall_and_wave() {
     let nonsense = resolution(&shape("key"), 220.0, f64::NAN);
     assert!(matches!(nonsense, Err(RemeshError::Edges { .. })), "{nonsense:?}");
 }
+
+/// A prism over an L with arms of 100 and 82 mm, 10 mm thick and 20 mm high, of 20 long triangles.
+fn angle_bar() -> TriMesh {
+    let outline = [[0.0, 0.0], [100.0, 0.0], [100.0, 10.0], [10.0, 10.0], [10.0, 82.0], [0.0, 82.0]];
+    let vertices = [0.0, 20.0].into_iter().flat_map(|z| outline.map(|[x, y]| 1e-3 * DVec3::new(x, y, z)));
+    let top = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    for [a, b, c] in top {
+        triangles.extend([[c, b, a], [a + 6, b + 6, c + 6]]);
+    }
+    for k in 0..6 {
+        let (a, b) = (k, (k + 1) % 6);
+        triangles.extend([[a, b, b + 6], [a, b + 6, a + 6]]);
+    }
+    TriMesh { vertices: vertices.collect(), triangles }
+}
+
+#[test]
+fn a_prism_of_long_triangles_is_cut_at_its_plane() {
+    let mesh = angle_bar();
+    let fineness = resolution(&mesh, 366.0, 0.01).unwrap();
+    let planes: Vec<DVec3> = mirror_planes(&mesh, 1e-6).iter().map(|plane| plane.normal).collect();
+    assert_eq!(planes, [DVec3::Z]);
+    let (symmetric, report) = remesh_symmetric(&mesh, &planes, &fineness.options).unwrap();
+    // Seen: 2525 vertices for 2487 expected, 1331 of them in the half.
+    let (whole, half) = (report.unknowns as f64, symmetric.cell.vertices.len() as f64);
+    assert!((whole / fineness.unknowns as f64 - 1.0).abs() < 0.15, "{whole} for {}", fineness.unknowns);
+    assert!(half < 0.56 * whole, "{half} of {whole}");
+}

@@ -9,7 +9,8 @@ use clap::{Args, ValueEnum};
 
 use super::models::{DeviceArgument, ModelArguments};
 use super::values::{
-    body_model, contact_duration, duration, full_scale, instant, level, positive, shard, striker, vector,
+    body_model, contact_duration, duration, full_scale, instant, level, positive, shard, speed, striker,
+    vector,
 };
 
 #[derive(Args)]
@@ -134,7 +135,7 @@ pub(crate) struct Strike {
     #[arg(long, value_name = "MATERIAL:RADIUS", value_parser = striker)]
     pub(crate) striker: Option<(String, f64)>,
     /// Speed of the striker along the normal, in m/s
-    #[arg(long, value_name = "V", default_value_t = 1.0, value_parser = positive, requires = "striker")]
+    #[arg(long, value_name = "V", default_value_t = 1.0, value_parser = speed, requires = "striker")]
     pub(crate) speed: f64,
     /// Outward normal of the body at the point (default: that of its surface)
     #[arg(long, value_name = "X,Y,Z", value_parser = vector)]

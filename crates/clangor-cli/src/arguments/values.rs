@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clangor_core::glam::DVec3;
+use clangor_core::medium::Medium;
 use clangor_pipeline::dataset::Shard;
 use clangor_pipeline::stages::sound_models::model_options::{
     ACCURACIES, HIGHEST_BAND_LIMIT, LOWEST_BAND_LIMIT,
@@ -46,6 +47,13 @@ pub(super) fn finite(text: &str) -> Result<f64, String> {
 
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|n| if n > 0.0 { Ok(n) } else { Err("must be greater than 0".into()) })
+}
+
+/// Speed of what strikes a body \[m/s\]: as in a scene, below that of sound in air.
+pub(super) fn speed(text: &str) -> Result<f64, String> {
+    let speed = positive(text)?;
+    let fastest = Medium::AIR.sound_speed;
+    if speed < fastest { Ok(speed) } else { Err(format!("must be below the speed of sound, {fastest} m/s")) }
 }
 
 /// Metres per unit of length.

@@ -56,7 +56,8 @@ pub(crate) fn run(options: &Strike, global: &Global, console: &Console) -> Resul
         }
     }
     if options.point.is_none() {
-        let DVec3 { x, y, z } = sound.point;
+        // To 10 µm, without negative zeros.
+        let DVec3 { x, y, z } = (1e5 * sound.point).round() / 1e5 + DVec3::ZERO;
         console.say(format_args!("struck at [{x:.5}, {y:.5}, {z:.5}] m from the centre of mass"));
     }
     console.say(format_args!(

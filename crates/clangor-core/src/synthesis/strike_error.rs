@@ -38,8 +38,19 @@ pub enum StrikeError {
         /// Its value.
         value: f64,
     },
-    /// The normal has no direction.
-    #[error("the surface has no normal at the point {point} m: give one that is not zero")]
+    /// A given normal without a direction.
+    #[error("the normal is zero; it points out of the body")]
+    ZeroNormal,
+    /// A given normal along which the striker would come through the body.
+    #[error("the normal {normal} points into the body, whose surface faces {outward:.3} there")]
+    InwardNormal {
+        /// The given normal.
+        normal: DVec3,
+        /// The normal of the surface at the point.
+        outward: DVec3,
+    },
+    /// The surface has no direction at the point.
+    #[error("the surface has no normal at the point {point} m: give one")]
     NoNormal {
         /// The point \[m\].
         point: DVec3,

@@ -19,6 +19,10 @@ use crate::pose::Pose;
 /// Largest distance of the struck point from the surface, over the bounding radius.
 pub const POINT_TOLERANCE: f64 = 0.02;
 
+/// Cosine of the angle of a given normal to that of the surface below which it points into the body; normals at
+/// edges have some freedom.
+const INWARD: f64 = -0.1;
+
 /// Body A of the impact, the one that is struck.
 pub const STRUCK: BodyId = BodyId(0);
 /// Body B, the striker.
@@ -63,17 +67,7 @@ impl Striker {
                 return Err(StrikeError::Striker { what, value });
             }
         }
-        let normal = match self.normal {
-            Some(normal) if !normal.is_finite() => {
-                return Err(StrikeError::NotFinite { what: "the normal" });
-            }
-            Some(normal) => normal.try_normalize(),
-            None => {
-                let local = body.surface.normal_at(body.pose.body_from_world(point));
-                local.map(|normal| body.pose.orientation * normal)
-            }
-        };
-        let outward = normal.ok_or(StrikeError::NoNormal { point })?;
+        let outward = self.outward(body, point)?;
         // The ball touches the body at the point.
         let ball = Body::sphere("striker", self.material.clone(), self.radius);
         let pose = Pose::at(point + self.radius * outward);
@@ -92,6 +86,23 @@ impl Striker {
             modes.filter(|_| id == STRUCK).map(|modes| modes.at_contact(points))
         };
         Ok(contact_forces(&impact, &modes_of, settings, &mut ImpactSolver::default())?)
+    }
+}
+
+impl Striker {
+    /// The direction from which the ball comes: the given normal, or that of the surface.
+    fn outward(&self, body: &Body, point: DVec3) -> Result<DVec3, StrikeError> {
+        let local = body.surface.normal_at(body.pose.body_from_world(point));
+        let of_surface = local.map(|normal| body.pose.orientation * normal);
+        let Some(normal) = self.normal else { return of_surface.ok_or(StrikeError::NoNormal { point }) };
+        if !normal.is_finite() {
+            return Err(StrikeError::NotFinite { what: "the normal" });
+        }
+        let given = normal.try_normalize().ok_or(StrikeError::ZeroNormal)?;
+        match of_surface.filter(|outward| outward.dot(given) < INWARD) {
+            Some(outward) => Err(StrikeError::InwardNormal { normal, outward }),
+            None => Ok(given),
+        }
     }
 }
 

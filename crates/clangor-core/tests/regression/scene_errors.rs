@@ -250,6 +250,11 @@ fn names() {
             ("10:8", "spring[0].body", "no body `x`", "known: ball"),
         ],
     );
+    // A body with errors of its own is there all the same, as are its copies.
+    let door = "version = 1\n[[body]]\nname = \"door\"\nshape = \"box:1x2x0.04\"\nmaterial = \"oakk\"\n\
+                [[hinge]]\nbody = \"door\"\npoint = [0, 0, 0]\naxis = [0, 1, 0]\n\
+                [[hang]]\nbody = \"door-2\"\noffset = [0, 1, 0]";
+    refuse(door, &[("5:12", "body[0].material", "there is no material `oakk`", "known")]);
 }
 
 #[test]

@@ -177,7 +177,7 @@ fn around(room: &Room, body: DVec3) -> Room {
 fn column(error: &StrikeError) -> &'static str {
     match error {
         StrikeError::OffSurface { .. } => "point",
-        StrikeError::NoNormal { .. } => "normal",
+        StrikeError::NoNormal { .. } | StrikeError::ZeroNormal | StrikeError::InwardNormal { .. } => "normal",
         StrikeError::ListenerInside { .. } => "listener",
         StrikeError::Striker { .. } => "striker",
         StrikeError::NoImpulse => "impulse",

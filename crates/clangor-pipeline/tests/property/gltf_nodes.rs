@@ -415,3 +415,55 @@ fn property_a_late_first_key_is_told() {
         assert_eq!(imported.notices("Set all glTF Animation starting at 0"), notices);
     }
 }
+
+#[test]
+fn property_shape_keys_shape_the_body_and_may_not_move() {
+    // One that doubles a box along y.
+    let morphed = || {
+        let mut file = falling();
+        let offsets: Vec<f32> = (0..8).flat_map(|k| [0.0, 0.1 * (k >> 1 & 1) as f32 - 0.05, 0.0]).collect();
+        let target = file.floats(&offsets, "VEC3");
+        file.meshes[0]["primitives"][0]["targets"] = json!([{ "POSITION": target }]);
+        file
+    };
+    let mass = |file: &File| file.import(SCENE, &[]).unwrap().body("Cube").1.mass;
+    let whole = mass(&morphed());
+    let mut file = morphed();
+    file.meshes[0]["weights"] = json!([0.5]);
+    assert!((mass(&file) / whole - 1.5).abs() < 1e-6, "{}", mass(&file) / whole);
+    file.nodes[0]["weights"] = json!([1.0]);
+    assert!((mass(&file) / whole - 2.0).abs() < 1e-6, "{}", mass(&file) / whole);
+    // An animation that keeps the weights, and one that does not.
+    for (weights, is_read) in [([1.0, 1.0], true), ([1.0, 0.5], false), ([0.5, 0.5], false)] {
+        let mut file = morphed();
+        file.nodes[0]["weights"] = json!([1.0]);
+        let (input, output) = (file.floats(&[0.0, 0.4], "SCALAR"), file.floats(&weights, "SCALAR"));
+        file.animations.push(json!({
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "weights" } }],
+            "samplers": [{ "input": input, "output": output }],
+        }));
+        match file.import(SCENE, &[]) {
+            Ok(_) => assert!(is_read, "{weights:?}"),
+            Err(message) => assert!(!is_read && message.contains("node Cube: its shape keys"), "{message}"),
+        }
+    }
+}
+
+#[test]
+fn property_a_sheared_node_is_refused_and_a_hidden_one_left_out() {
+    let mut file = falling();
+    let block = file.solid("Block", "steel");
+    file.nodes[block].as_object_mut().unwrap().remove("translation");
+    let matrix =
+        |shear: f64| [1.0, 0.0, 0.0, 0.0, shear, 1.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 2.0, 1.0, 0.0, 1.0];
+    file.nodes[block]["matrix"] = json!(matrix(0.5));
+    let message = file.import(SCENE, &[]).err().unwrap();
+    assert!(message.contains("node Block: its matrix shears it"), "{message}");
+    file.nodes[block]["matrix"] = json!(matrix(0.0));
+    let straight = file.import(SCENE, &[]).unwrap();
+    assert!((straight.body("Block").1.mass / straight.body("Cube").1.mass - 2.0).abs() < 1e-6);
+    file.nodes[block]["extensions"] = json!({ "KHR_node_visibility": { "visible": false } });
+    let hidden = file.import(SCENE, &[]).unwrap();
+    assert_eq!(hidden.notices("never shown"), 1, "{:?}", hidden.summary.notices);
+    assert!(hidden.reader().header().world.bodies.iter().all(|body| body.name != "Block"));
+}

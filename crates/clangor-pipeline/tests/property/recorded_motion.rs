@@ -265,7 +265,13 @@ fn property_doubtful_poses_are_told() {
     let uneven = format!("{head}0,ball,0,1,0\n0.01,ball,0,1,0\n0.03,ball,0,1,0\n");
     let z_up: String = head.to_string()
         + &rows().into_iter().map(|[t, y]| format!("{t},ball,0,3,{y}\n")).collect::<String>();
-    for (text, wanted) in [(uneven, "frames are 0.01 s to 0.0"), (z_up, "import it with --up z")] {
+    // The scalar first, of a ball that never turns.
+    let scalar_first = poses_csv().replace(",0,0,0,1\n", ",1,0,0,0\n");
+    for (text, wanted) in [
+        (uneven, "frames are 0.01 s to 0.0"),
+        (z_up, "import it with --up z"),
+        (scalar_first, "body ball, row 2: orientation_x is 1 and orientation_w 0 where the motion begins"),
+    ] {
         let folder = folder(SCENE, &[("a.csv", &text)]);
         let summary = import(folder.path(), &["a.csv"], &[], false).unwrap();
         assert!(summary.notices.iter().any(|notice| notice.contains(wanted)), "{:?}", summary.notices);

@@ -6,7 +6,7 @@ use clangor_pipeline::formats::timeline_file::TimelineReader;
 use parquet::basic::Compression;
 
 use crate::imported_motion::{folder, import, scene};
-use crate::parquet_columns::{write_columns, write_no_rows};
+use crate::parquet_columns::{write_columns, write_decimals, write_no_rows};
 
 const SCENE: &str = scene!();
 const POSES: &str =
@@ -164,6 +164,24 @@ fn property_dates_in_the_place_of_seconds_are_refused_with_the_remedy() {
             assert!(message.contains(place) && message.contains(text), "{message}");
             assert!(message.contains("write t as seconds"), "{message}");
         }
+    }
+}
+
+#[test]
+fn property_decimals_of_parquet_are_numbers() {
+    let place = ["x", "y", "z"].map(|axis| format!("required double position_{axis};")).concat();
+    let types = ["int32 t (DECIMAL(9,3))", "int64 t (DECIMAL(18,3))", "binary t (DECIMAL(30,3))"];
+    for time in types.iter().copied().chain(["fixed_len_byte_array(16) t (DECIMAL(38,3))"]) {
+        let folder = folder(SCENE, &[]);
+        let schema = format!("required {time}; required binary body (UTF8); {place}");
+        write_decimals(&folder.path().join("a.parquet"), &schema, &[-250, 0, 250]);
+        let message = import(folder.path(), &["a.parquet"], &[], false).unwrap_err();
+        assert!(message.contains("t = -0.25 s") || message.contains("-0.25"), "{time}: {message}");
+        write_decimals(&folder.path().join("a.parquet"), &schema, &[0, 250, 500]);
+        import(folder.path(), &["a.parquet"], &[], false).unwrap_or_else(|error| panic!("{time}: {error}"));
+        let timeline = TimelineReader::open(&folder.path().join("out.timeline")).unwrap().read_all().unwrap();
+        let last = timeline.poses.iter().map(|row| row.time).fold(0.0, f64::max);
+        assert_eq!(last, 0.5, "{time}");
     }
 }
 

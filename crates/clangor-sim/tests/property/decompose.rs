@@ -137,3 +137,16 @@ fn property_parts_are_the_coarsest_within_an_error() {
     let cube = Shape::parse("box:0.1x0.05x0.02").unwrap().mesh();
     assert_eq!(convex_parts_within(&cube, 1e-9).unwrap().parts.len(), 1);
 }
+
+#[test]
+fn a_cavity_is_not_seen() {
+    let solid = Shape::parse("sphere:0.05@0.004").unwrap().mesh();
+    let mut hollow = solid.clone();
+    let first = solid.vertices.len() as u32;
+    hollow.vertices.extend(solid.vertices.iter().map(|vertex| 0.9 * *vertex));
+    hollow.triangles.extend(solid.triangles.iter().map(|[a, b, c]| [a + first, c + first, b + first]));
+    assert!(check_solid(&hollow).unwrap().mass.volume < 0.3 * check_solid(&solid).unwrap().mass.volume);
+    assert_eq!(decompose(&hollow), decompose(&solid));
+    let within = |mesh: &TriMesh| convex_parts_within(mesh, 0.001).unwrap();
+    assert_eq!(within(&hollow), within(&solid));
+}

@@ -9,7 +9,7 @@ use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
 use clangor_pipeline::motion::recording::LengthUnit;
-use clangor_pipeline::stages::load::load_scene;
+use clangor_pipeline::stages::load::{load_named, load_scene};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -466,4 +466,18 @@ fn property_a_sheared_node_is_refused_and_a_hidden_one_left_out() {
     let hidden = file.import(SCENE, &[]).unwrap();
     assert_eq!(hidden.notices("never shown"), 1, "{:?}", hidden.summary.notices);
     assert!(hidden.reader().header().world.bodies.iter().all(|body| body.name != "Block"));
+}
+
+#[test]
+fn property_one_node_of_a_file_is_a_body() {
+    let mut file = falling();
+    let block = file.solid("Block", "steel");
+    file.nodes[block]["scale"] = json!([2.0, 1.0, 1.0]);
+    let folder = tempfile::tempdir().unwrap();
+    file.write(folder.path());
+    let named = |name: &str| load_named(folder.path().join(format!("a.gltf#{name}")), 1.0);
+    let volume = |name: &str| named(name).unwrap().mass.volume;
+    assert!((volume("Block") / volume("Cube") - 2.0).abs() < 1e-6);
+    let unknown = named("Sphere").unwrap_err();
+    assert!(unknown.to_string().contains("\"Sphere\"") && unknown.remedy.contains("\"Cube\", \"Block\""));
 }

@@ -87,7 +87,7 @@ pub(super) fn change_within(
 }
 
 /// Shares of a change that are tried, the first that leaves less is taken.
-pub(super) const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.1, 0.02];
+pub(super) const SHARES: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.03, 0.01];
 
 #[cfg(test)]
 mod tests {

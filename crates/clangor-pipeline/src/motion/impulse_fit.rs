@@ -21,14 +21,20 @@ use glam::{DMat3, DVec3};
 use super::cone_faces::{Face, SHARES, change_within};
 use super::kinematics::Inertia;
 
-/// Most sweeps over all points between two steps within limits, and most of those steps; one while many
-/// points join, of which the last one changes little.
+/// Most sweeps over all points between two steps within limits, and most of those steps; fewer while more
+/// than so many points have joined, of which the last one changes little.
 const SWEEPS: usize = 30;
 const ROUNDS: usize = 10;
+const FEW_ROUNDS: usize = 2;
+const MANY: usize = 60;
 /// Share of the energy of the jumps of its two bodies that another point must explain, and of that of all:
 /// less is the noise of the motion, which many points would share.
 const LEAST_GAIN: f64 = 0.005;
-const LEAST_OF_ALL: f64 = 5e-5;
+const LEAST_OF_ALL: f64 = 1e-6;
+/// Moved bodies up to which that holds; among more, whose errors add up along a pile, a point may explain this
+/// part of it.
+const FEW_BODIES: usize = 5;
+const PART_IN_PILE: f64 = 0.1;
 /// Share of what the best point explains from which points of other bodies join with it.
 const AS_GOOD: f64 = 0.5;
 /// Unexplained share from which points are exchanged, most rounds in which each point is, and most points.
@@ -115,11 +121,13 @@ pub(super) fn fit_impulses(bodies: &[FitBody], contacts: &[FitContact]) -> Fit {
     let mut state: State = (bodies.to_vec(), vec![DVec3::ZERO; contacts.len()], Vec::new());
     // What each body has had to be explained: of one that passes an impulse on, what the others gave it.
     let mut most: Vec<f64> = bodies.iter().map(energy).collect();
+    let moved = bodies.iter().filter(|body| body.inverse_mass > 0.0).count();
+    let least_gain = if moved > FEW_BODIES { PART_IN_PILE * LEAST_GAIN } else { LEAST_GAIN };
     loop {
         let (left, _, chosen) = &state;
         let least = |k: usize| {
             let own: f64 = contacts[k].bodies.iter().map(|place| most[*place]).sum();
-            (LEAST_GAIN * own).max(LEAST_OF_ALL * whole)
+            (least_gain * own).max(LEAST_OF_ALL * whole)
         };
         let next = points.best_next(left, chosen, &least);
         if next.is_empty() {
@@ -127,11 +135,11 @@ pub(super) fn fit_impulses(bodies: &[FitBody], contacts: &[FitContact]) -> Fit {
         }
         // The points that explain most of what is left join, and all that have joined are fitted again.
         state.2.extend(next);
-        let rounds = if state.2.len() > MOST_EXCHANGED { 1 } else { ROUNDS };
+        let rounds = if state.2.len() > MANY { FEW_ROUNDS } else { ROUNDS };
         points.fit(&mut state, rounds);
         most.iter_mut().zip(&state.0).for_each(|(most, body)| *most = most.max(energy(body)));
     }
-    if state.2.len() > MOST_EXCHANGED {
+    if state.2.len() > MANY {
         points.fit(&mut state, ROUNDS);
     }
     for _ in 0..EXCHANGES {
@@ -215,9 +223,10 @@ impl<'a> Points<'a> {
     /// Changes the impulses of the chosen points until what is left of the jumps is least.
     fn fit(&self, state: &mut State, rounds: usize) {
         for _ in 0..rounds {
-            if self.sweep(state) || !self.step(state) {
+            if self.sweep(state) {
                 break;
             }
+            self.step(state);
         }
     }
 
@@ -242,8 +251,8 @@ impl<'a> Points<'a> {
         false
     }
 
-    /// Changes all within the limits that they have reached; whether that left less of the jumps.
-    fn step(&self, state: &mut State) -> bool {
+    /// Changes all within the limits that they have reached, if that leaves less of the jumps.
+    fn step(&self, state: &mut State) {
         let (left, impulses, chosen) = &*state;
         let contacts: Vec<FitContact> = chosen.iter().map(|k| self.contacts[*k]).collect();
         let face = |(contact, k): (&FitContact, &usize)| {
@@ -270,10 +279,9 @@ impl<'a> Points<'a> {
             }
             if sum_of_energies(&next.0) < before {
                 *state = next;
-                return true;
+                return;
             }
         }
-        false
     }
 }
 

@@ -18,10 +18,12 @@ use glam::DVec3;
 
 const G: f64 = 9.80665;
 const EDGE: f64 = 0.04;
+/// Distance of boxes on each other, over their edge: a micrometre between them.
+const RISE: f64 = EDGE + 1e-6;
 
 /// Places of boxes in columns of a height, with a gap \[m\] between them.
 fn wall(columns: usize, height: usize, gap: f64) -> Vec<DVec3> {
-    let place = |k: usize| DVec3::new((k % columns) as f64 * (EDGE + gap), (k / columns) as f64 * EDGE, 0.0);
+    let place = |k: usize| DVec3::new((k % columns) as f64 * (EDGE + gap), (k / columns) as f64 * RISE, 0.0);
     (0..columns * height).map(place).collect()
 }
 
@@ -29,7 +31,7 @@ fn wall(columns: usize, height: usize, gap: f64) -> Vec<DVec3> {
 fn pyramid(longest: usize) -> Vec<DVec3> {
     let row = |r: usize| {
         let place = move |k: usize| DVec3::new(k as f64 + 0.5 * r as f64, r as f64, 0.0);
-        (0..longest - r).map(move |k| place(k) * DVec3::new(EDGE + 1e-4, EDGE, EDGE))
+        (0..longest - r).map(move |k| place(k) * DVec3::new(EDGE + 1e-4, RISE, EDGE))
     };
     (0..longest).flat_map(row).collect()
 }
@@ -70,16 +72,19 @@ fn analytic_boxes_that_land_together_have_their_momentum_from_the_ground() {
     let walls = [(5, 3, 1e-4), (5, 5, 1e-4), (5, 5, 2e-3), (20, 1, 0.0), (10, 10, 1e-4)]
         .map(|(columns, height, gap)| (format!("{columns} x {height}, {gap}"), wall(columns, height, gap)));
     let pyramids = [3, 5, 8].map(|n| (format!("pyramid of {n}"), pyramid(n)));
+    let mut wrong = Vec::new();
     for (name, places) in piles.into_iter().chain(walls).chain(pyramids) {
         // On a frame and between two.
         for instant in [0.2, 0.2013] {
             let start = std::time::Instant::now();
             let (given, between) = landing(&places, instant);
             println!("{name}, {instant} s: {given:.6}, {} between, {:.2?}", between.len(), start.elapsed());
-            assert!((given - 1.0).abs() < 0.01, "{name}, {instant} s: {given}");
-            assert!(between.is_empty(), "{name}, {instant} s: {between:?}");
+            if !((given - 1.0).abs() < 0.01 && between.is_empty()) {
+                wrong.push(format!("{name}, {instant} s: {given}, {} between", between.len()));
+            }
         }
     }
+    assert!(wrong.is_empty(), "{wrong:?}");
 }
 
 #[test]
@@ -92,7 +97,7 @@ fn analytic_stacks_at_rest_carry_what_lies_on_each() {
         let mut rows = String::from("t,body,position_x,position_y,position_z,");
         rows += "orientation_x,orientation_y,orientation_z,orientation_w\n";
         for k in 0..count {
-            let y = (f64::from(k) + 0.5) * EDGE;
+            let y = 0.5 * EDGE + f64::from(k) * RISE;
             write!(scene, "[[body]]\nname = \"box{k}\"\nshape = \"box:{EDGE}x{EDGE}x{EDGE}\"\n").unwrap();
             writeln!(scene, "material = \"wood\"\nposition = [0.0, {y}, 0.0]").unwrap();
             for row in 0..24 {

@@ -107,7 +107,6 @@ mod tests {
         let forces = change_within(&[Face::Free; N], gradient, |_, left| left * 0.5, apply);
         for (k, force) in forces.iter().enumerate() {
             let due = DVec3::Y * (N - k) as f64;
-            // Seen: SEEN_CHAIN.
             assert!(force.distance(due) < 1e-9 * N as f64, "{k}: {force}");
         }
     }

@@ -84,6 +84,7 @@ fn analytic_boxes_that_land_together_have_their_momentum_from_the_ground() {
             }
         }
     }
+    // Seen: 0.5 % for the stack of 20, 0.3 % for the others.
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
@@ -126,6 +127,7 @@ fn analytic_stacks_at_rest_carry_what_lies_on_each() {
         let off = off.fold(0.0, f64::max);
         println!("{count} boxes: {off:.1e} of the weight of all, {:.2?}", start.elapsed());
         assert_eq!(carried.len(), 22 * count as usize, "each pair in each step");
+        // Seen: 3e-5.
         assert!(off < 1e-3, "{count} boxes: {off}");
     }
 }

@@ -31,8 +31,7 @@ const MANY: usize = 60;
 /// less is the noise of the motion, which many points would share.
 const LEAST_GAIN: f64 = 0.005;
 const LEAST_OF_ALL: f64 = 1e-6;
-/// Moved bodies up to which that holds; among more, whose errors add up along a pile, a point may explain this
-/// part of it.
+/// Moved bodies up to which that holds; among more, whose errors add up along a pile, this part of it does.
 const FEW_BODIES: usize = 5;
 const PART_IN_PILE: f64 = 0.1;
 /// Share of what the best point explains from which points of other bodies join with it.

@@ -13,6 +13,7 @@
 //! | `area_corners` | which points stand for the area where they touch |
 //! | `edge_touches` | where sharp edges of two surfaces cross |
 //! | `impulse_fit` | impulses at given points that explain given jumps |
+//! | `cone_faces` | steps of such fits within the limits that impulses have reached |
 //! | `impacts` | contact rows of a recording, by the modules above |
 //! | `pose_noise` | noise of positions, measured from the frames |
 //! | `lasting_jumps` | what a body does beyond gravity and impacts: rest, and forces without noise |
@@ -32,6 +33,7 @@
 
 mod area_corners;
 mod ball_pairs;
+mod cone_faces;
 pub mod contact_checks;
 mod edge_touches;
 pub(crate) mod fall_units;

@@ -10,8 +10,10 @@
 //! that a steady load stays where it is, without friction that the motion does not show: each pass adds
 //! ε/2 Σ |j − j′|²/m_j with j′ of the pass before, from zero on (proximal point iteration, Rockafellar 1976).
 //! A pass leaves ε/(ε + λ) of a motion, λ the curvature of the energy along it: about one for each point that
-//! holds a body, and little where a heavy body lies on a light one. The passes end where the energy that is
-//! left hardly falls. A pass is solved by projected gradients with momentum (Nesterov, *Introductory Lectures
+//! holds a body, and little where a heavy body lies on a light one, or where many lie on each other. The
+//! passes end where the energy that is left hardly falls; then steps within the limits that the impulses have
+//! reached carry the load on through such a pile ([`cone_faces`](super)), with a pass after each for the
+//! limits. A pass is solved by projected gradients with momentum (Nesterov, *Introductory Lectures
 //! on Convex Optimization* (2004), §2.2.4), which treat all points alike: forty points of a rim that lands
 //! flat have the same share, in whatever order they come.
 //!
@@ -21,6 +23,7 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 
+use super::cone_faces::{Face, SHARES, change_within};
 use super::impulse_fit::{FitBody, FitContact, energy, inverse_mass_at, relative_velocity, within_cone};
 
 /// ε.
@@ -30,6 +33,10 @@ const WEIGHT: f64 = 0.1;
 const PASSES: usize = 40;
 const EXPLAINED: f64 = 1e-14;
 const HARDLY: f64 = 0.9;
+/// Most steps within limits, and the change of the impulses in one, relative to the largest, at which they
+/// end.
+const CARRIES: usize = 10;
+const CARRIED: f64 = 1e-6;
 /// Most steps in a pass.
 const STEPS: usize = 300;
 /// Change of the impulses in a step, relative to the largest, at which a pass ends.
@@ -64,8 +71,21 @@ pub(super) fn share_load(
     let mut rest = whole;
     for _ in 0..PASSES {
         load = fit.pass(&load);
-        let before = std::mem::replace(&mut rest, fit.left(&load).iter().map(energy).sum());
+        let before = std::mem::replace(&mut rest, fit.rest(&load));
         if rest <= EXPLAINED * whole || rest > HARDLY * before {
+            break;
+        }
+    }
+    for _ in 0..CARRIES {
+        if rest <= EXPLAINED * whole {
+            break;
+        }
+        let Some(next) = fit.carried(&load) else { break };
+        let largest = next.iter().map(|next| next.length()).fold(0.0, f64::max);
+        let change = next.iter().zip(&load).map(|(next, own)| next.distance(*own)).fold(0.0, f64::max);
+        load = fit.pass(&next);
+        rest = fit.rest(&load);
+        if change <= CARRIED * largest {
             break;
         }
     }
@@ -149,27 +169,79 @@ impl<'a> Fit<'a> {
         load
     }
 
+    /// A load changed within the limits that it has reached, so that it explains more.
+    fn carried(&self, load: &[DVec3]) -> Option<Vec<DVec3>> {
+        let of_contact = |(impulse, contact): (&DVec3, &FitContact)| {
+            Face::of_impulse(*impulse, contact.normal, contact.friction)
+        };
+        let (impulses, couples) = load.split_at(self.contacts.len());
+        let of_pair = |(couple, pair): (&DVec3, &FitPair)| {
+            let is_free = couple.length() < self.largest_couple(pair, impulses);
+            if is_free { Face::Free } else { Face::Fixed }
+        };
+        let faces: Vec<Face> = impulses
+            .iter()
+            .zip(self.contacts)
+            .map(of_contact)
+            .chain(couples.iter().zip(self.pairs).map(of_pair))
+            .collect();
+        let gradient = self.slips(&self.left(load));
+        let still = self.slips(&self.left(&vec![DVec3::ZERO; load.len()]));
+        let apply = |change: &[DVec3]| {
+            let moved = self.slips(&self.left(change));
+            still.iter().zip(moved).map(|(still, moved)| *still - moved).collect()
+        };
+        let change = change_within(&faces, gradient, |k, slip| slip * self.weights[k], apply);
+        let before = self.rest(load);
+        let shared = |share: f64| {
+            let moved = load.iter().zip(&change).map(|(own, change)| *own + *change * share);
+            self.allowed(moved.collect())
+        };
+        SHARES.into_iter().map(shared).find(|next| self.rest(next) < before)
+    }
+
     /// A step against the gradient from a load, into what friction and levers allow.
     fn stepped(&self, from: &[DVec3], before: &[DVec3]) -> Vec<DVec3> {
-        let left = self.left(from);
-        let moved = |load: usize, slip: DVec3| {
-            from[load] + (slip * self.weights[load] - (from[load] - before[load]) * WEIGHT) * self.step
+        let slips = self.slips(&self.left(from));
+        let moved = |load: usize| {
+            let pull = (from[load] - before[load]) * WEIGHT;
+            from[load] + (slips[load] * self.weights[load] - pull) * self.step
         };
-        let mut next: Vec<DVec3> = Vec::with_capacity(from.len());
-        for (load, contact) in self.contacts.iter().enumerate() {
-            let target = moved(load, relative_velocity(&left, contact));
-            next.push(within_cone(target, contact.normal, contact.friction));
+        self.allowed((0..from.len()).map(moved).collect())
+    }
+
+    /// The load that friction and levers allow, near one that they may not.
+    fn allowed(&self, mut load: Vec<DVec3>) -> Vec<DVec3> {
+        let (impulses, couples) = load.split_at_mut(self.contacts.len());
+        for (impulse, contact) in impulses.iter_mut().zip(self.contacts) {
+            *impulse = within_cone(*impulse, contact.normal, contact.friction);
         }
-        for (load, pair) in (self.contacts.len()..).zip(self.pairs) {
-            let spin = |place: usize| {
-                let body = &left[place];
-                if body.inverse_mass > 0.0 { body.angular_velocity } else { DVec3::ZERO }
-            };
-            let pressing: f64 = pair.contacts.clone().map(|k| next[k].dot(self.contacts[k].normal)).sum();
-            let target = moved(load, spin(pair.bodies[0]) - spin(pair.bodies[1]));
-            next.push(target.clamp_length_max(pair.lever * pressing.max(0.0)));
+        for (couple, pair) in couples.iter_mut().zip(self.pairs) {
+            *couple = couple.clamp_length_max(self.largest_couple(pair, impulses));
         }
-        next
+        load
+    }
+
+    /// Largest couple of a pair with these impulses.
+    fn largest_couple(&self, pair: &FitPair, impulses: &[DVec3]) -> f64 {
+        let pressing: f64 = pair.contacts.clone().map(|k| impulses[k].dot(self.contacts[k].normal)).sum();
+        pair.lever * pressing.max(0.0)
+    }
+
+    /// What is left of the jumps at each contact [m/s] and between the bodies of each pair [rad/s].
+    fn slips(&self, left: &[FitBody]) -> Vec<DVec3> {
+        let spin = |place: usize| {
+            let body = &left[place];
+            if body.inverse_mass > 0.0 { body.angular_velocity } else { DVec3::ZERO }
+        };
+        let of_pair = |pair: &FitPair| spin(pair.bodies[0]) - spin(pair.bodies[1]);
+        let of_contacts = self.contacts.iter().map(|contact| relative_velocity(left, contact));
+        of_contacts.chain(self.pairs.iter().map(of_pair)).collect()
+    }
+
+    /// Energy of the jumps that a load does not explain \[J\].
+    fn rest(&self, load: &[DVec3]) -> f64 {
+        self.left(load).iter().map(energy).sum()
     }
 
     /// The jumps that a load does not explain.

@@ -2,6 +2,9 @@
 
 #[path = "../falling_balls/mod.rs"]
 mod falling_balls;
+#[expect(unused, reason = "parts of it are for other tests")]
+#[path = "../imported_motion/mod.rs"]
+mod imported_motion;
 #[expect(dead_code, reason = "parts of it are for other tests")]
 #[path = "../parquet_columns/mod.rs"]
 mod parquet_columns;
@@ -10,6 +13,7 @@ mod ground_render;
 mod held_bodies;
 mod listed_flights;
 mod motion_impacts;
+mod piles;
 mod plate_impacts;
 mod scene_supports;
 mod thin_panes;

@@ -19,8 +19,8 @@ use crate::pose::Pose;
 /// Largest distance of the struck point from the surface, over the bounding radius.
 pub const POINT_TOLERANCE: f64 = 0.02;
 
-/// Cosine of the angle of a given normal to that of the surface below which it points into the body; normals at
-/// edges have some freedom.
+/// Cosine of the angle of a given normal to that of the surface below which it points into the body; normals
+/// at edges have some freedom.
 const INWARD: f64 = -0.1;
 
 /// Body A of the impact, the one that is struck.

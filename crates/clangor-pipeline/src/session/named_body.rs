@@ -1,5 +1,5 @@
-//! A solid named by a word: a shape of the library, a mesh file, a node of a glTF file (`FILE.glb#NODE`), or a
-//! body in one with the sound of its bodies (`KHR_audio_rigid_bodies`): `FILE.glb`, or `FILE.glb#BODY`.
+//! A solid named by a word: a shape of the library, a mesh file, a node of a glTF file (`FILE.glb#NODE`), or
+//! a body in one with the sound of its bodies (`KHR_audio_rigid_bodies`): `FILE.glb`, or `FILE.glb#BODY`.
 
 use std::ffi::OsStr;
 use std::path::Path;

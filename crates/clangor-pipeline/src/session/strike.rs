@@ -63,8 +63,8 @@ pub struct Strike {
 }
 
 impl Strike {
-    /// An impulse of 0.01 N s downwards on top of the body, off the middle of its highest face, heard 1 m away,
-    /// at 48 kHz.
+    /// An impulse of 0.01 N s downwards on top of the body, off the middle of its highest face, heard 1 m
+    /// away, at 48 kHz.
     pub fn new(body: impl Into<StruckBody>) -> Self {
         let body = body.into();
         let impact = usual_impact(top_point(&body.body));

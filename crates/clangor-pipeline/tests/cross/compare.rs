@@ -5,6 +5,7 @@ use std::f64::consts::{LN_10, TAU};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use clangor_core::body::{Body, Surface};
 use clangor_core::material::{Damping, Material, presets};
 use clangor_core::math::random::SplitMix;
 use clangor_core::scene::render_description::Parts;
@@ -15,6 +16,7 @@ use clangor_pipeline::session::{
     Bake, BakedFile, Compare, CompareError, Error, NamedSolid, Strike, StruckBody,
 };
 use clangor_pipeline::stages::sound_models::{ModelOptions, Quality};
+use glam::DVec3;
 
 /// A body, the factor of its Young's modulus that is hidden, its damping, and the highest frequency \[Hz\].
 struct Hidden {
@@ -56,7 +58,10 @@ impl Hidden {
 
     /// Strikes the body, adds noise 60 dB below the loudest sample, and writes the sound.
     fn record(&self, model: &Path, path: &Path) {
-        let sound = Strike::new(StruckBody::model(model, self.hidden()).unwrap())
+        let body = StruckBody::model(model, self.hidden()).unwrap();
+        let edge = highest_vertex(body.body());
+        let sound = Strike::new(body)
+            .at(edge)
             .impulse([0.003, -0.01, 0.004])
             .listener([0.4, 0.3, 0.2])
             .contact_duration(4e-5)
@@ -202,4 +207,10 @@ fn property_recordings_that_cannot_be_compared_are_refused() {
     let none = refused(compare().channel(2).max_frequency(2000.0));
     assert!(matches!(none, CompareError::NoModes { .. }), "{none}");
     assert!(matches!(Compare::new("bowl").channel(2).sound(&path), Err(Error::ModalMaterial)));
+}
+
+/// A vertex on the edge of the top, where all modes move.
+fn highest_vertex(body: &Body) -> DVec3 {
+    let Surface::Mesh(surface) = &*body.surface else { return DVec3::Y * body.surface.bounding_radius() };
+    surface.mesh.vertices.iter().copied().max_by(|a, b| a.y.total_cmp(&b.y)).unwrap()
 }

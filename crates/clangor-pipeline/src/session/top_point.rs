@@ -1,5 +1,5 @@
 //! Where a body is struck if nobody says where: on the face that is highest above the centre of mass, off its
-//! middle, where every mode of a symmetric body would have a node or none.
+//! middle, where many modes of a symmetric body have a node.
 //!
 //! The point does not depend on the order of the triangles: of equal ones the point farthest along x, then z.
 

@@ -134,6 +134,8 @@ fn append(
             let reason = "a morph target has not as many positions as its primitive; export it again";
             return Err(MeshFault::Syntax { reason });
         }
+        // Targets may share an accessor, so that a small file may stand for much work.
+        file.take(displacements.count)?;
         for (position, displacement) in positions.iter_mut().zip(file.floats::<3>(displacements)?) {
             *position += *weight * DVec3::from_array(displacement);
         }

@@ -25,6 +25,11 @@ fn read(folder: &Path, name: &str) -> (Vec<Body>, Timeline) {
 /// Simulates a scene of ours, exports it at a rate and imports it into `planes`.
 fn exported_and_imported(folder: &Path, scene: &str, planes: &str, rates: &[&str]) {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(format!("{scene}.toml"));
+    exported_scene_and_imported(folder, &scene, planes, rates);
+}
+
+/// The same of any scene.
+fn exported_scene_and_imported(folder: &Path, scene: &Path, planes: &str, rates: &[&str]) {
     let scene = scene.to_str().unwrap();
     fs::write(folder.join("planes.toml"), format!("version = 1\n{planes}{LISTENER}")).unwrap();
     clangor(folder, &["simulate", scene, "-o", "own.timeline", "--duration", SECONDS]);
@@ -253,14 +258,32 @@ fn cross_most_energy_of_bowls_and_balls_is_found_at_120_hz() {
 fn cross_most_energy_of_rattling_coins_is_found() {
     let folder = tempfile::tempdir().unwrap();
     exported_and_imported(folder.path(), "coins", "", &["120", "1000"]);
-    // Seen: 0.972, where one impact of a body in a frame has 0.964; 0.9998 and 0.9959.
+    // Seen: 0.972, where one impact of a body in a frame has 0.963; 0.9999 and 0.9921.
     let own = hits(&read(folder.path(), "own.timeline"));
     assert!(shares(folder.path(), "120")[0] > strongest_of_frames(&own, 120.0).min(0.98));
-    let fine = score(folder.path(), "1000");
-    assert!(fine.near_energy > 0.96);
-    // The rims that roll are no impacts. Seen: 0.98; 0.92 where a rim that races around is one, and 0.74
-    // where every strong push is.
-    assert!(fine.right > 0.95, "{}", fine.right);
+    assert!(score(folder.path(), "1000").near_energy > 0.96);
+}
+
+/// A rim that races around before a coin lies still is no impact. What rattles is chaotic and differs between
+/// processors, so that several drops count as one.
+#[test]
+fn cross_the_rims_of_coins_that_roll_are_no_impacts() {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let scene = fs::read_to_string(scenes.join("coins.toml")).unwrap();
+    let (mut all, mut right) = (0.0, 0.0);
+    for seed in 2..=5 {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("coins.toml");
+        let dropped = scene.replace("seed = 2", &format!("seed = {seed}"));
+        fs::write(&path, dropped).unwrap();
+        exported_scene_and_imported(folder.path(), &path, "", &["1000"]);
+        let found: usize = hits(&read(folder.path(), "1000.timeline")).values().map(Vec::len).sum();
+        all += found as f64;
+        right += score(folder.path(), "1000").right * found as f64;
+    }
+    println!("{right} of {all} right: {:.4}", right / all);
+    // Seen: 0.964; 0.932 without the rules for last turns, ends of keys and weak impulses.
+    assert!(right / all > 0.95, "{right} of {all}");
 }
 
 /// Gives the bodies of a timeline the meshes of another one that have as many bytes. Those of an export

@@ -44,6 +44,8 @@ const WIDEST: f64 = 0.3;
 const FRICTION_SLACK: (f64, f64) = (1.25, 0.05);
 /// Unexplained share from which a wider gap is tried.
 const POOR: f64 = 0.3;
+/// Unexplained share from which the end of the keys of a body is no impact.
+const POOR_AT_END: f64 = 0.05;
 /// Weight of the jump of a body that several impacts share, beside that of a body with one alone.
 const MIXED: f64 = 0.02;
 
@@ -89,7 +91,7 @@ pub(super) fn find_impacts_in_noise(
         event.iter().flat_map(|(_, used)| used).for_each(|index| done[*index] = true);
         match event {
             // A body in flight or on its way along a floor does not stop because its keys end.
-            Some((event, _)) if is_at_end && event.residual > POOR => {}
+            Some((event, _)) if is_at_end && event.residual > POOR_AT_END => {}
             None if is_at_end => {}
             Some((event, _)) => events.push(event),
             None => found.untouched.push((windows[index].body, windows[index].time)),

@@ -11,6 +11,8 @@ use super::{Event, Member, MotionImpacts, Scene};
 
 /// Smallest share of the largest impulse of a pair that is a row.
 const SMALLEST_SHARE: f64 = 1e-4;
+/// Least impulse of an impact, over that of one at the threshold of sound.
+const GIVEN: f64 = 0.5;
 /// Distance of points that are one contact, as a share of the smaller body.
 const MERGED: f64 = 0.075;
 
@@ -53,7 +55,10 @@ impl Event {
             if is_missed {
                 speed = needed;
             }
-            let is_impact = speed >= least && !rolls(pair);
+            // Far less than an impact at the threshold gives is what the fit of another impact leaves.
+            let given = pushes.iter().map(Push::normal_impulse).sum::<f64>() / strongest.normal_impulse();
+            let is_given = given * needed >= GIVEN * v_min;
+            let is_impact = speed >= least && is_given && !rolls(pair);
             let impact_id = if is_impact { *next_id } else { 0 };
             if is_impact {
                 *next_id += 1;

@@ -11,9 +11,11 @@
 //! with the restitution e of the pair and the length h of a frame: an impact loses energy, and one that loses
 //! little parts the surfaces by about |v⁻| h, at least where |v⁻| > 2 g h. A block that falls over keeps its
 //! edge on the floor too, but loses 1 − e² of what drives it. What a pair does within two and a half frames
-//! of that, while its surfaces stay together, is the same motion.
+//! of that, while its surfaces stay together, is the same motion. So are later and slower turns of a pair that
+//! has not parted by 2 µm at any frame since: the last ones before it lies still lose as much as an impact.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
 
 use clangor_core::body::BodyId;
 use clangor_core::material::PairCoefficients;
@@ -21,11 +23,17 @@ use clangor_core::pose::Pose;
 use glam::DVec3;
 
 use super::{Event, Scene, state_of_unrecorded};
+use crate::motion::jump_windows::JumpWindow;
+use crate::motion::kinematics::Kinematics;
 use crate::motion::touching::touches;
 
-/// Least share of the approach that comes back, and its least excess over the restitution of the pair.
+/// Least share of the approach that comes back, the same where many points are near, as those of a rim, and
+/// its least excess over the restitution of the pair.
 const RETURNED: f64 = 0.9;
+const RETURNED_BY_RIM: f64 = 0.75;
 const ABOVE_RESTITUTION: f64 = 0.1;
+/// Points of a pair from which they are those of a rim; the faces of a box have four.
+const RIM: usize = 9;
 /// Change of the gap of surfaces that stay together: rounding \[m\], and a share of the way in a frame.
 const TOGETHER: (f64, f64) = (2e-6, 0.05);
 /// Approach, over g h, from which frames show it: what comes back is in flight for more than three of them,
@@ -50,10 +58,12 @@ impl Scene<'_> {
         let approach = |(index, pair): &PairOfEvent| events[*index].approach(*pair);
         let rolls = |of: &&PairOfEvent| {
             let Approach { speed, returned } = approach(of);
-            let least = RETURNED.max(self.restitution(of, events, speed) + ABOVE_RESTITUTION);
+            let event = &events[of.0];
+            let least = if event.is_round(of.1) { RETURNED_BY_RIM } else { RETURNED };
+            let least = least.max(self.restitution(of, events, speed) + ABOVE_RESTITUTION);
             // A slow body may be on the floor again before a frame shows its flight.
-            let shows = speed > FLIGHT * self.world.gravity.length() * events[of.0].span(of.1);
-            returned > least && shows && self.stay_together(&events[of.0], of.1, speed)
+            let shows = speed > FLIGHT * self.world.gravity.length() * event.span(of.1);
+            returned > least && shows && self.stay_together(event, of.1, speed)
         };
         let mut rolling: BTreeSet<PairOfEvent> = all.iter().filter(rolls).copied().collect();
         // What belongs to the same motion.
@@ -63,15 +73,22 @@ impl Scene<'_> {
         };
         let known: Vec<(f64, [BodyId; 2])> =
             rolling.iter().map(|of| (events[of.0].time, bodies(of))).collect();
+        let mut last: BTreeMap<[BodyId; 2], (f64, f64)> = BTreeMap::new();
         for of in &all {
-            let event = &events[of.0];
+            let (event, speed) = (&events[of.0], approach(of).speed);
             let reach = SAME_MOTION * event.span(of.1);
             let from = known.partition_point(|(time, _)| *time < event.time - reach);
             let near = known[from..].iter().take_while(|(time, _)| *time <= event.time + reach);
-            if near.into_iter().any(|(_, pair)| *pair == bodies(of))
-                && self.stay_together(event, of.1, approach(of).speed)
-            {
+            let is_near = near.into_iter().any(|(_, pair)| *pair == bodies(of));
+            let before = last.get(&bodies(of)).copied();
+            let goes_on = |(time, most): (f64, f64)| speed <= most && self.keep_touching(event, of.1, time);
+            if before.is_some_and(goes_on) || is_near && self.stay_together(event, of.1, speed) {
                 rolling.insert(*of);
+            }
+            if rolling.contains(of) {
+                // A turn may have several jumps.
+                let same = before.filter(|(time, _)| event.time - time <= reach);
+                last.insert(bodies(of), (event.time, same.map_or(speed, |(_, most)| most.max(speed))));
             }
         }
         rolling
@@ -85,20 +102,36 @@ impl Scene<'_> {
 
     /// Whether the gap of a pair stays what it is at the frames around an event.
     fn stay_together(&self, event: &Event, pair: [usize; 2], speed: f64) -> bool {
-        let members = pair.map(|place| event.members[place]);
-        let windows = members
-            .iter()
-            .filter_map(|member| member.window.zip(self.kinematics[member.body.index()].as_ref()));
-        let Some((window, kinematics)) = windows.into_iter().next() else { return false };
+        let Some((window, _)) = self.frames_of(event, pair) else { return false };
         let play = TOGETHER.0 + TOGETHER.1 * speed * window.span;
+        self.keep_gap(event, pair, window.first.saturating_sub(1)..=window.last + 1, play)
+    }
+
+    /// Whether a pair has touched from an instant \[s\] to the frame after an event.
+    fn keep_touching(&self, event: &Event, pair: [usize; 2], from: f64) -> bool {
+        let Some((window, kinematics)) = self.frames_of(event, pair) else { return false };
+        let first = kinematics.frames.partition_point(|frame| frame.time < from);
+        self.keep_gap(event, pair, first..=window.last + 1, TOGETHER.0)
+    }
+
+    /// The window of the first of a pair that has one, and the frames of that body.
+    fn frames_of(&self, event: &Event, pair: [usize; 2]) -> Option<(JumpWindow, &Kinematics<'_>)> {
+        let members = pair.map(|place| event.members[place]);
+        members.iter().find_map(|member| member.window.zip(self.kinematics[member.body.index()].as_ref()))
+    }
+
+    /// Whether the gap of a pair changes by no more than `play` \[m\] in a range of frames.
+    fn keep_gap(&self, event: &Event, pair: [usize; 2], frames: RangeInclusive<usize>, play: f64) -> bool {
+        let Some((_, kinematics)) = self.frames_of(event, pair) else { return false };
+        let bodies = pair.map(|place| event.members[place].body);
         let last = kinematics.frames.len() - 1;
         let mut gaps = [f64::INFINITY, f64::NEG_INFINITY];
-        (window.first.saturating_sub(1)..=(window.last + 1).min(last)).all(|frame| {
+        (*frames.start()..=(*frames.end()).min(last)).all(|frame| {
             let time = kinematics.frames[frame].time;
-            let [Some(one), Some(two)] = members.map(|member| self.pose_at(member.body, time)) else {
+            let [Some(one), Some(two)] = bodies.map(|body| self.pose_at(body, time)) else {
                 return false;
             };
-            let [a, b] = members.map(|member| member.body);
+            let [a, b] = bodies;
             // The gap of two bodies that rest is unknown to the digits of their file.
             let within = if gaps[0].is_finite() { gaps[0] + play } else { super::TOUCHING.2 + play };
             let found = touches(self.placed(a, one), self.placed(b, two), within);
@@ -142,6 +175,11 @@ impl Event {
             }
         }
         Approach { speed, returned: if before > 0.0 { after / before } else { 0.0 } }
+    }
+
+    /// Whether as many points of a pair are near as those of a rim.
+    fn is_round(&self, pair: [usize; 2]) -> bool {
+        self.points.iter().filter(|(contact, _)| contact.bodies == pair).count() >= RIM
     }
 
     /// Length of the frame of a pair around it \[s\].

@@ -6,22 +6,36 @@
 //!
 //! The gradient at a point is the relative velocity that is not yet explained there, the second derivative
 //! its 3 × 3 inverse mass K: block coordinate descent, which is the sequential impulses of a solver with the
-//! jumps as its right side (Catto 2005). Points join one by one, each that explains most of what is left,
-//! until none explains more than half a percent: an impact at one place has one point, however many samples
-//! of the surfaces lie near it. Then each of them is exchanged for another point of the same two bodies, as
-//! long as that explains more: a point that was the best before the others joined need not be it afterwards.
-//! Bodies that nothing moves take impulses and explain nothing.
+//! jumps as its right side (Catto 2005), with steps within the limits that impulses have reached
+//! ([`cone_faces`](super)), which carry loads through stacks. Points join one by one, each that explains most
+//! of what is left, and with it those of other bodies that explain about as much, until none explains more
+//! than half a percent of what its own two bodies had to be explained: an impact at one place has one point,
+//! however many samples of the surfaces lie near it, and however many other bodies touch. Then each of them
+//! is exchanged for another point of the same two bodies, as long as that explains more: a point that was the
+//! best before the others joined need not be it afterwards. Bodies that nothing moves take impulses and
+//! explain nothing.
 
 use clangor_core::pose::Pose;
 use glam::{DMat3, DVec3};
 
+use super::cone_faces::{Face, SHARES, change_within};
 use super::kinematics::Inertia;
 
-/// Most sweeps over all points.
-const SWEEPS: usize = 300;
-/// Share of the energy of the jumps that another point must explain: less is the noise of the motion, which
-/// many points would share.
+/// Most sweeps over all points between two steps within limits, and most of those steps; fewer while more
+/// than so many points have joined, of which the last one changes little.
+const SWEEPS: usize = 30;
+const ROUNDS: usize = 10;
+const FEW_ROUNDS: usize = 2;
+const MANY: usize = 60;
+/// Share of the energy of the jumps of its two bodies that another point must explain, and of that of all:
+/// less is the noise of the motion, which many points would share.
 const LEAST_GAIN: f64 = 0.005;
+const LEAST_OF_ALL: f64 = 1e-6;
+/// Moved bodies up to which that holds; among more, whose errors add up along a pile, this part of it does.
+const FEW_BODIES: usize = 5;
+const PART_IN_PILE: f64 = 0.1;
+/// Share of what the best point explains from which points of other bodies join with it.
+const AS_GOOD: f64 = 0.5;
 /// Unexplained share from which points are exchanged, most rounds in which each point is, and most points.
 const WORTH_EXCHANGE: f64 = 0.005;
 const EXCHANGES: usize = 3;
@@ -101,96 +115,171 @@ pub(super) struct Fit {
 
 /// Fits impulses at as few of the points as explain the jumps.
 pub(super) fn fit_impulses(bodies: &[FitBody], contacts: &[FitContact]) -> Fit {
-    let whole: f64 = bodies.iter().map(energy).sum();
-    let inverse: Vec<DMat3> = contacts.iter().map(|contact| effective_mass(bodies, contact)).collect();
-    let mut left = bodies.to_vec();
-    let mut impulses = vec![DVec3::ZERO; contacts.len()];
-    let mut chosen: Vec<usize> = Vec::new();
-    // The point that explains most of what is left joins, and all that have joined are fitted again.
-    while let Some(next) = best_next(&left, contacts, &inverse, (&chosen, LEAST_GAIN * whole)) {
-        chosen.push(next);
-        sweep(&mut left, contacts, &inverse, &chosen, &mut impulses);
+    let whole = sum_of_energies(bodies);
+    let points = Points::new(bodies, contacts);
+    let mut state: State = (bodies.to_vec(), vec![DVec3::ZERO; contacts.len()], Vec::new());
+    // What each body has had to be explained: of one that passes an impulse on, what the others gave it.
+    let mut most: Vec<f64> = bodies.iter().map(energy).collect();
+    let moved = bodies.iter().filter(|body| body.inverse_mass > 0.0).count();
+    let least_gain = if moved > FEW_BODIES { PART_IN_PILE * LEAST_GAIN } else { LEAST_GAIN };
+    loop {
+        let (left, _, chosen) = &state;
+        let least = |k: usize| {
+            let own: f64 = contacts[k].bodies.iter().map(|place| most[*place]).sum();
+            (least_gain * own).max(LEAST_OF_ALL * whole)
+        };
+        let next = points.best_next(left, chosen, &least);
+        if next.is_empty() {
+            break;
+        }
+        // The points that explain most of what is left join, and all that have joined are fitted again.
+        state.2.extend(next);
+        let rounds = if state.2.len() > MANY { FEW_ROUNDS } else { ROUNDS };
+        points.fit(&mut state, rounds);
+        most.iter_mut().zip(&state.0).for_each(|(most, body)| *most = most.max(energy(body)));
     }
-    let rest = |left: &[FitBody]| left.iter().map(energy).sum::<f64>();
-    let mut state = (left, impulses, chosen);
+    if state.2.len() > MANY {
+        points.fit(&mut state, ROUNDS);
+    }
     for _ in 0..EXCHANGES {
-        let is_worth = rest(&state.0) > WORTH_EXCHANGE * whole && state.2.len() <= MOST_EXCHANGED;
-        if !is_worth || !exchange(contacts, &inverse, &mut state) {
+        let is_worth = sum_of_energies(&state.0) > WORTH_EXCHANGE * whole && state.2.len() <= MOST_EXCHANGED;
+        if !is_worth || !points.exchange(&mut state) {
             break;
         }
     }
     let (left, impulses, _) = state;
-    Fit { impulses, residual: if whole > 0.0 { rest(&left) / whole } else { 0.0 } }
+    Fit { impulses, residual: if whole > 0.0 { sum_of_energies(&left) / whole } else { 0.0 } }
 }
 
 /// What is left, the impulses, and the points that have them.
 type State = (Vec<FitBody>, Vec<DVec3>, Vec<usize>);
 
-/// Exchanges each chosen point for the one of the same bodies that leaves least; whether any was.
-fn exchange(contacts: &[FitContact], inverse: &[DMat3], state: &mut State) -> bool {
-    let rest = |left: &[FitBody]| left.iter().map(energy).sum::<f64>();
-    let mut is_changed = false;
-    for place in 0..state.2.len() {
-        let pair = contacts[state.2[place]].bodies;
-        for other in 0..contacts.len() {
-            if contacts[other].bodies != pair || inverse[other] == DMat3::ZERO || state.2.contains(&other) {
-                continue;
+/// All points, with K⁻¹ and K of each; zero where nothing moves.
+struct Points<'a> {
+    contacts: &'a [FitContact],
+    masses: Vec<DMat3>,
+    compliances: Vec<DMat3>,
+}
+
+impl<'a> Points<'a> {
+    fn new(bodies: &[FitBody], contacts: &'a [FitContact]) -> Self {
+        let masses: Vec<DMat3> = contacts.iter().map(|contact| effective_mass(bodies, contact)).collect();
+        let compliance = |mass: &DMat3| if *mass == DMat3::ZERO { DMat3::ZERO } else { mass.inverse() };
+        let compliances = masses.iter().map(compliance).collect();
+        Self { contacts, masses, compliances }
+    }
+
+    /// Exchanges each chosen point for the one of the same bodies that leaves least; whether any was.
+    fn exchange(&self, state: &mut State) -> bool {
+        let mut is_changed = false;
+        for place in 0..state.2.len() {
+            let pair = self.contacts[state.2[place]].bodies;
+            for other in 0..self.contacts.len() {
+                let is_same = self.contacts[other].bodies == pair;
+                if !is_same || self.masses[other] == DMat3::ZERO || state.2.contains(&other) {
+                    continue;
+                }
+                let mut next = state.clone();
+                let known = std::mem::replace(&mut next.1[state.2[place]], DVec3::ZERO);
+                take(&mut next.0, &self.contacts[state.2[place]], -known);
+                next.2[place] = other;
+                self.fit(&mut next, ROUNDS);
+                if sum_of_energies(&next.0) < (1.0 - LEAST_GAIN) * sum_of_energies(&state.0) {
+                    *state = next;
+                    is_changed = true;
+                }
             }
-            let (mut left, mut impulses, mut chosen) = state.clone();
-            let known = std::mem::replace(&mut impulses[chosen[place]], DVec3::ZERO);
-            take(&mut left, &contacts[chosen[place]], -known);
-            chosen[place] = other;
-            sweep(&mut left, contacts, inverse, &chosen, &mut impulses);
-            if rest(&left) < (1.0 - LEAST_GAIN) * rest(&state.0) {
-                *state = (left, impulses, chosen);
-                is_changed = true;
+        }
+        is_changed
+    }
+
+    /// The point not yet chosen whose impulse takes most of the energy of the jumps that are left, if it
+    /// takes more than its `least` \[J\], and the best ones of other moved bodies that take about as much.
+    fn best_next(&self, left: &[FitBody], chosen: &[usize], least: &dyn Fn(usize) -> f64) -> Vec<usize> {
+        let gain = |k: usize| {
+            let (contact, velocity) = (&self.contacts[k], relative_velocity(left, &self.contacts[k]));
+            let impulse = within_cone(self.masses[k] * velocity, contact.normal, contact.friction);
+            impulse.dot(velocity) - 0.5 * impulse.dot(self.compliances[k] * impulse)
+        };
+        let mut is_free: Vec<bool> = self.masses.iter().map(|mass| *mass != DMat3::ZERO).collect();
+        chosen.iter().for_each(|k| is_free[*k] = false);
+        let free = (0..self.contacts.len()).filter(|k| is_free[*k]);
+        let mut gains: Vec<(usize, f64)> =
+            free.map(|k| (k, gain(k))).filter(|(k, gain)| *gain > least(*k)).collect();
+        gains.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let best = gains.first().map_or(0.0, |(_, gain)| *gain);
+        let (mut next, mut is_taken) = (Vec::new(), vec![false; left.len()]);
+        for (k, _) in gains.into_iter().take_while(|(_, gain)| *gain >= AS_GOOD * best) {
+            let moved = || self.contacts[k].bodies.into_iter().filter(|b| left[*b].inverse_mass > 0.0);
+            if !moved().any(|body| is_taken[body]) {
+                moved().for_each(|body| is_taken[body] = true);
+                next.push(k);
             }
+        }
+        next
+    }
+
+    /// Changes the impulses of the chosen points until what is left of the jumps is least.
+    fn fit(&self, state: &mut State, rounds: usize) {
+        for _ in 0..rounds {
+            if self.sweep(state) {
+                break;
+            }
+            self.step(state);
         }
     }
-    is_changed
-}
 
-/// The point not yet chosen whose impulse takes most of the energy of the jumps that are left, if it takes
-/// more than `least` \[J\].
-fn best_next(
-    left: &[FitBody],
-    contacts: &[FitContact],
-    inverse: &[DMat3],
-    (chosen, least): (&[usize], f64),
-) -> Option<usize> {
-    let gain = |k: &usize| {
-        let (contact, velocity) = (&contacts[*k], relative_velocity(left, &contacts[*k]));
-        let impulse = within_cone(inverse[*k] * velocity, contact.normal, contact.friction);
-        let compliance = inverse[*k].inverse();
-        impulse.dot(velocity) - 0.5 * impulse.dot(compliance * impulse)
-    };
-    let free = (0..contacts.len()).filter(|k| inverse[*k] != DMat3::ZERO && !chosen.contains(k));
-    let gains = free.map(|k| (k, gain(&k))).filter(|(_, gain)| *gain > least);
-    gains.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
-}
-
-/// Changes the impulses of the chosen points, in turns, until what is `left` of the jumps is least.
-fn sweep(
-    left: &mut [FitBody],
-    contacts: &[FitContact],
-    inverse: &[DMat3],
-    chosen: &[usize],
-    impulses: &mut [DVec3],
-) {
-    for _ in 0..SWEEPS {
-        let (mut change, mut largest) = (0.0_f64, 0.0_f64);
-        for &k in chosen {
-            let contact = &contacts[k];
-            let target = impulses[k] + inverse[k] * relative_velocity(left, contact);
-            let next = within_cone(target, contact.normal, contact.friction);
-            let step = next - impulses[k];
-            take(left, contact, step);
-            impulses[k] = next;
-            change = change.max(step.length());
-            largest = largest.max(next.length());
+    /// Changes each in turns; whether they have converged.
+    fn sweep(&self, (left, impulses, chosen): &mut State) -> bool {
+        for _ in 0..SWEEPS {
+            let (mut change, mut largest) = (0.0_f64, 0.0_f64);
+            for &k in &*chosen {
+                let contact = &self.contacts[k];
+                let target = impulses[k] + self.masses[k] * relative_velocity(left, contact);
+                let next = within_cone(target, contact.normal, contact.friction);
+                let step = next - impulses[k];
+                take(left, contact, step);
+                impulses[k] = next;
+                change = change.max(step.length());
+                largest = largest.max(next.length());
+            }
+            if change <= CONVERGED * largest {
+                return true;
+            }
         }
-        if change <= CONVERGED * largest {
-            break;
+        false
+    }
+
+    /// Changes all within the limits that they have reached, if that leaves less of the jumps.
+    fn step(&self, state: &mut State) {
+        let (left, impulses, chosen) = &*state;
+        let contacts: Vec<FitContact> = chosen.iter().map(|k| self.contacts[*k]).collect();
+        let face = |(contact, k): (&FitContact, &usize)| {
+            Face::of_impulse(impulses[*k], contact.normal, contact.friction)
+        };
+        let faces: Vec<Face> = contacts.iter().zip(chosen).map(face).collect();
+        let gradient = contacts.iter().map(|contact| relative_velocity(left, contact)).collect();
+        let still =
+            |body: &FitBody| FitBody { velocity: DVec3::ZERO, angular_velocity: DVec3::ZERO, ..*body };
+        let still: Vec<FitBody> = left.iter().map(still).collect();
+        let apply = |change: &[DVec3]| {
+            let mut moved = still.clone();
+            contacts.iter().zip(change).for_each(|(contact, change)| take(&mut moved, contact, *change));
+            contacts.iter().map(|contact| -relative_velocity(&moved, contact)).collect()
+        };
+        let change = change_within(&faces, gradient, |i, left| self.masses[chosen[i]] * left, apply);
+        let before = sum_of_energies(left);
+        for share in SHARES {
+            let mut next = state.clone();
+            for ((contact, k), change) in contacts.iter().zip(chosen).zip(&change) {
+                let impulse = within_cone(impulses[*k] + *change * share, contact.normal, contact.friction);
+                take(&mut next.0, contact, impulse - impulses[*k]);
+                next.1[*k] = impulse;
+            }
+            if sum_of_energies(&next.0) < before {
+                *state = next;
+                return;
+            }
         }
     }
 }
@@ -250,6 +339,11 @@ pub(super) fn energy(body: &FitBody) -> f64 {
     let spin = body.angular_velocity;
     0.5 * body.velocity.length_squared() / body.inverse_mass
         + 0.5 * spin.dot(body.inverse_inertia.inverse() * spin)
+}
+
+/// Energy of the jumps of all bodies \[J\].
+fn sum_of_energies(bodies: &[FitBody]) -> f64 {
+    bodies.iter().map(energy).sum()
 }
 
 #[cfg(test)]

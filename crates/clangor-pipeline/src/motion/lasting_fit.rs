@@ -12,7 +12,7 @@
 //! A pass leaves ε/(ε + λ) of a motion, λ the curvature of the energy along it: about one for each point that
 //! holds a body, and little where a heavy body lies on a light one, or where many lie on each other. The
 //! passes end where the energy that is left hardly falls; then steps within the limits that the impulses have
-//! reached carry the load on through such a pile (`cone_faces`), with a pass after each for the
+//! reached carry the load on through such a pile ([`cone_faces`](super)), with a pass after each for the
 //! limits. A pass is solved by projected gradients with momentum (Nesterov, *Introductory Lectures
 //! on Convex Optimization* (2004), §2.2.4), which treat all points alike: forty points of a rim that lands
 //! flat have the same share, in whatever order they come.

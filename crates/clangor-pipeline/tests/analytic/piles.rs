@@ -1,17 +1,92 @@
-//! Stacks of boxes at rest: each pair carries what lies on it.
+//! Stacks, walls and pyramids of boxes that land together, and stacks at rest: the ground gives the momentum
+//! of all, and each pair carries what lies on it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use crate::imported_motion::{folder, import};
-use clangor_core::body::BodyId;
-use clangor_core::timeline::ContactKind;
+use clangor_core::body::{Body, BodyId, MeshSurface, Surface, World};
+use clangor_core::material::presets;
+use clangor_core::pose::Pose;
+use clangor_core::shape::Shape;
+use clangor_core::timeline::{ContactKind, ContactRow};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::motion::impacts::find_impacts;
+use clangor_pipeline::motion::recording::{Frame, RecordedBody};
+use glam::DVec3;
 
 const G: f64 = 9.80665;
 const EDGE: f64 = 0.04;
 /// Distance of boxes on each other, over their edge: a micrometre between them.
 const RISE: f64 = EDGE + 1e-6;
+
+/// Places of boxes in columns of a height, with a gap \[m\] between them.
+fn wall(columns: usize, height: usize, gap: f64) -> Vec<DVec3> {
+    let place = |k: usize| DVec3::new((k % columns) as f64 * (EDGE + gap), (k / columns) as f64 * RISE, 0.0);
+    (0..columns * height).map(place).collect()
+}
+
+/// Places of boxes in rows, each a box shorter than the one below.
+fn pyramid(longest: usize) -> Vec<DVec3> {
+    let row = |r: usize| {
+        let place = move |k: usize| DVec3::new(k as f64 + 0.5 * r as f64, r as f64, 0.0);
+        (0..longest - r).map(move |k| place(k) * DVec3::new(EDGE + 1e-4, RISE, EDGE))
+    };
+    (0..longest).flat_map(row).collect()
+}
+
+/// The impacts of boxes that fall from rest and stay where they land at an instant \[s\]: what the ground
+/// gives, over the momentum of all, and the impacts between boxes.
+fn landing(places: &[DVec3], instant: f64) -> (f64, Vec<ContactRow>) {
+    let mesh = Shape::parse(&format!("box:{EDGE}x{EDGE}x{EDGE}")).unwrap().mesh();
+    let (surface, mass) = MeshSurface::try_new(mesh, Vec::new()).unwrap();
+    let surface = Arc::new(Surface::Mesh(surface));
+    let body =
+        |k: usize| Body::solid(format!("box{k}"), presets::WOOD.material(), Arc::clone(&surface), &mass);
+    let mut bodies: Vec<Body> = (0..places.len()).map(body).collect();
+    bodies.push(Body::plane("floor", presets::GRANITE.material(), DVec3::ZERO, DVec3::Y));
+    let recorded = |(k, place): (usize, &DVec3)| {
+        let frame = |row: u64| {
+            let time = row as f64 / 240.0;
+            let height = 0.5 * G * (instant - time).max(0.0) * (instant + time);
+            Frame { time, pose: Pose::at(*place + DVec3::Y * (0.5 * EDGE + height)), row }
+        };
+        RecordedBody { body: BodyId(k as u32), frames: (0..144).map(frame).collect(), group: None }
+    };
+    let recorded: Vec<RecordedBody> = places.iter().enumerate().map(recorded).collect();
+    let due = bodies[0].mass * G * instant * places.len() as f64;
+    let floor = BodyId(places.len() as u32);
+    let world = World { bodies, links: Vec::new(), gravity: DVec3::NEG_Y * G };
+    let rows = find_impacts(&world, &recorded, 0.05).contacts;
+    let (ground, between): (Vec<ContactRow>, Vec<ContactRow>) = rows
+        .into_iter()
+        .filter(|row| row.kind == ContactKind::Impact)
+        .partition(|row| row.body_a == floor || row.body_b == floor);
+    (ground.iter().map(|row| row.impulse().y.abs()).sum::<f64>() / due, between)
+}
+
+#[test]
+fn analytic_boxes_that_land_together_have_their_momentum_from_the_ground() {
+    let piles = [1, 2, 5, 10, 11, 12, 20, 100].map(|n| (format!("stack of {n}"), wall(1, n, 0.0)));
+    let walls = [(5, 3, 1e-4), (5, 5, 1e-4), (5, 5, 2e-3), (20, 1, 0.0), (10, 10, 1e-4)]
+        .map(|(columns, height, gap)| (format!("{columns} x {height}, {gap}"), wall(columns, height, gap)));
+    let pyramids = [3, 5, 8].map(|n| (format!("pyramid of {n}"), pyramid(n)));
+    let mut wrong = Vec::new();
+    for (name, places) in piles.into_iter().chain(walls).chain(pyramids) {
+        // On a frame and between two.
+        for instant in [0.2, 0.2013] {
+            let start = std::time::Instant::now();
+            let (given, between) = landing(&places, instant);
+            println!("{name}, {instant} s: {given:.6}, {} between, {:.2?}", between.len(), start.elapsed());
+            if !((given - 1.0).abs() < 0.01 && between.is_empty()) {
+                wrong.push(format!("{name}, {instant} s: {given}, {} between", between.len()));
+            }
+        }
+    }
+    // Seen: 0.5 % for the stack of 20, 0.3 % for the others.
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
 
 #[test]
 fn analytic_stacks_at_rest_carry_what_lies_on_each() {

@@ -34,9 +34,11 @@ impl Scene<'_> {
                 if done[index] || !windows[index].is_clean || self.is_at_end(&windows[index]) {
                     continue;
                 }
-                done[index] = true;
+                // A window whose event is not explained stays in those of the others, or they would have its
+                // body at the mean velocity of its frame, without an impact.
                 let event = self.event(&windows, index, &done, Search::Clean);
                 if let Some((event, used)) = event.filter(|(event, _)| self.is_explained(event)) {
+                    done[index] = true;
                     // What is left of the others is another impact.
                     let is_clean = |index: &usize| windows[*index].is_clean;
                     used.into_iter().filter(is_clean).for_each(|index| done[index] = true);

@@ -5,7 +5,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use clangor_core::scene::diagnostic::{Place, SHOWN, SceneErrors, SceneWarning};
+use clangor_core::scene::diagnostic::{Place, SHOWN, SceneError, SceneErrors, SceneWarning};
+use serde_json::json;
 
 use crate::printable::{is_hidden, printable};
 
@@ -25,6 +26,21 @@ pub(crate) fn draw_errors(path: &Path, text: &str, errors: &SceneErrors) -> Stri
         out.push_str(&format!(", of which the first {SHOWN} are shown"));
     }
     out
+}
+
+/// The errors of a scene with their places, lines and columns from 1; `null` where no line has the error.
+pub(crate) fn errors_json(errors: &SceneErrors) -> serde_json::Value {
+    let json = |error: &SceneError| {
+        let at = (error.place.line > 0).then_some((error.place.line, error.place.column));
+        json!({
+            "line": at.map(|(line, _)| line),
+            "column": at.map(|(_, column)| column),
+            "field": error.place.field,
+            "problem": error.problem.to_string(),
+            "remedy": error.problem.remedy().to_string(),
+        })
+    };
+    json!({ "errors": errors.0.iter().map(json).collect::<Vec<_>>() })
 }
 
 /// One error at a place of a scene.

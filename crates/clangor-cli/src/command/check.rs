@@ -31,6 +31,7 @@ pub(crate) fn run(options: &Check, global: &Global, console: &Console) -> Result
         "bodies": bodies,
         "listeners": listeners,
         "duration_s": loaded.scene.simulation.duration,
+        "errors": [],
         "cost": cost.as_ref().map(SceneCost::json),
         "warnings": warnings.map(ToString::to_string).collect::<Vec<_>>(),
     }));

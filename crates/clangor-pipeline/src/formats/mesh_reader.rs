@@ -26,7 +26,7 @@ use crate::formats::input_file::read_bounded;
 #[derive(Debug, thiserror::Error)]
 pub enum MeshFileError {
     /// The operating system refused.
-    #[error("cannot read mesh {path}: {source}; paths in a scene are relative to the scene file")]
+    #[error("cannot read mesh {path}: {source}")]
     Io {
         /// The file.
         path: PathBuf,

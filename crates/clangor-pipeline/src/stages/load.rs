@@ -249,7 +249,7 @@ fn load(folder: &Path, reference: &GeometryReference) -> Result<Loaded, Geometry
     match &reference.geometry {
         Geometry::Shape(_) => Ok(Loaded { geometry: load_shape(reference)?, mesh: None }),
         Geometry::File(file) => {
-            let (geometry, mesh) = load_mesh(&folder.join(file), reference.scale)?;
+            let (geometry, mesh) = in_folder(folder, file, reference.scale)?;
             let Some(centre) = reference.centre_of_mass else {
                 return Ok(Loaded { geometry, mesh: Some(mesh) });
             };
@@ -304,6 +304,20 @@ pub fn load_mesh(path: &Path, scale: f64) -> Result<(LoadedGeometry, CollisionMe
         remedy: "correct the path, or export the mesh again".into(),
     })?;
     solid_of_mesh(&mesh, scale)
+}
+
+/// A body from a mesh file whose path is relative to the folder of a scene, as is said where it is missing.
+fn in_folder(
+    folder: &Path,
+    file: &str,
+    scale: f64,
+) -> Result<(LoadedGeometry, CollisionMesh), GeometryError> {
+    let path = folder.join(file);
+    let is_missing = !Path::new(file_and_node(path.as_os_str()).0).is_file();
+    load_mesh(&path, scale).map_err(|error| {
+        let place = if is_missing { "; paths are relative to the file that names them" } else { "" };
+        GeometryError { remedy: format!("{}{place}", error.remedy), ..error }
+    })
 }
 
 /// A body from a triangle mesh in any frame, as if it were read from a file.

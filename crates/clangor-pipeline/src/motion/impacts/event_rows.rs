@@ -56,9 +56,8 @@ impl Event {
                 speed = needed;
             }
             // Far less than an impact at the threshold gives is what the fit of another impact leaves.
-            let given = pushes.iter().map(Push::normal_impulse).sum::<f64>() / strongest.normal_impulse();
-            let is_given = given * needed >= GIVEN * v_min;
-            let is_impact = speed >= least && is_given && !rolls(pair);
+            let given = needed * sum_over(&pushes, &strongest);
+            let is_impact = speed >= least && given >= GIVEN * v_min && !rolls(pair);
             let impact_id = if is_impact { *next_id } else { 0 };
             if is_impact {
                 *next_id += 1;
@@ -127,6 +126,11 @@ impl Event {
         };
         groups.into_iter().map(push).collect()
     }
+}
+
+/// The normal impulses of all over that of one of them.
+fn sum_over(pushes: &[Push], one: &Push) -> f64 {
+    pushes.iter().map(Push::normal_impulse).sum::<f64>() / one.normal_impulse()
 }
 
 impl Push {

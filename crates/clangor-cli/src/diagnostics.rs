@@ -37,7 +37,7 @@ pub(crate) fn errors_json(errors: &SceneErrors) -> serde_json::Value {
             "column": at.map(|(_, column)| column),
             "field": error.place.field,
             "problem": error.problem.to_string(),
-            "remedy": error.problem.remedy().to_string(),
+            "remedy": error.problem.remedy(),
         })
     };
     json!({ "errors": errors.0.iter().map(json).collect::<Vec<_>>() })

@@ -29,11 +29,11 @@ use std::path::Path;
 
 use clangor_core::scene::Scene;
 use clangor_pipeline::session::reseed;
-use clangor_pipeline::stages::load::{LoadError, LoadedScene, load_scene};
+use clangor_pipeline::stages::load::{LoadedScene, load_scene};
 
 use crate::arguments::Global;
 use crate::console::Console;
-use crate::diagnostics::{draw_warnings, errors_json};
+use crate::diagnostics::draw_warnings;
 use crate::failure::Failure;
 
 /// Loads a scene and prints its warnings; `adjust` changes what the command line overrides.
@@ -48,11 +48,6 @@ fn load(
             reseed(scene, seed);
         }
         adjust(scene);
-    })
-    .inspect_err(|error| {
-        if let LoadError::Scene { errors, .. } = error {
-            console.json(&errors_json(errors));
-        }
     })?;
     for drawn in draw_warnings(path, &loaded.text, loaded.warnings.iter()) {
         console.drawn(drawn);

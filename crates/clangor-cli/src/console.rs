@@ -21,6 +21,8 @@ pub(crate) struct Console {
     unprinted: Mutex<Option<std::io::Error>>,
     /// The warnings so far, for the result as JSON.
     warnings: Mutex<Vec<String>>,
+    /// Whether the result has been printed as JSON.
+    has_result: AtomicBool,
 }
 
 impl Console {
@@ -41,7 +43,15 @@ impl Console {
                 "warning: Ctrl-C will end the program without tidying up: {error}"
             );
         }
-        Console { quiet, json, stop, asks, unprinted: Mutex::default(), warnings: Mutex::default() }
+        Console {
+            quiet,
+            json,
+            stop,
+            asks,
+            unprinted: Mutex::default(),
+            warnings: Mutex::default(),
+            has_result: AtomicBool::new(false),
+        }
     }
 
     /// Whether results are wanted as JSON.
@@ -97,7 +107,15 @@ impl Console {
         if let (Some(object), Ok(warnings)) = (value.as_object_mut(), self.warnings.lock()) {
             object.entry("warnings").or_insert_with(|| warnings.as_slice().into());
         }
+        self.has_result.store(true, Ordering::SeqCst);
         self.print_line(&value);
+    }
+
+    /// The errors as JSON in place of the result, if that has not been printed.
+    pub(crate) fn json_errors(&self, errors: &serde_json::Value) {
+        if !self.has_result.load(Ordering::SeqCst) {
+            self.json(errors);
+        }
     }
 
     /// Prints to standard output; a reader that has gone away, such as `head`, misses the rest and stops

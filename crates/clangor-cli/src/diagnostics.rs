@@ -6,7 +6,7 @@ use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use clangor_core::scene::diagnostic::{Place, SHOWN, SceneError, SceneErrors, SceneWarning};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::printable::{is_hidden, printable};
 
@@ -28,19 +28,24 @@ pub(crate) fn draw_errors(path: &Path, text: &str, errors: &SceneErrors) -> Stri
     out
 }
 
-/// The errors of a scene with their places, lines and columns from 1; `null` where no line has the error.
-pub(crate) fn errors_json(errors: &SceneErrors) -> serde_json::Value {
+/// The errors of a scene as a list for programs.
+pub(crate) fn errors_json(errors: &SceneErrors) -> Value {
     let json = |error: &SceneError| {
-        let at = (error.place.line > 0).then_some((error.place.line, error.place.column));
-        json!({
-            "line": at.map(|(line, _)| line),
-            "column": at.map(|(_, column)| column),
-            "field": error.place.field,
-            "problem": error.problem.to_string(),
-            "remedy": error.problem.remedy(),
-        })
+        error_json(&error.place, &error.problem.to_string(), Some(&error.problem.remedy()))
     };
-    json!({ "errors": errors.0.iter().map(json).collect::<Vec<_>>() })
+    errors.0.iter().map(json).collect()
+}
+
+/// An error with its place, line and column from 1; `null` where it has none.
+pub(crate) fn error_json(place: &Place, problem: &str, remedy: Option<&str>) -> Value {
+    let at = (place.line > 0).then_some((place.line, place.column));
+    json!({
+        "line": at.map(|(line, _)| line),
+        "column": at.map(|(_, column)| column),
+        "field": Some(&place.field).filter(|field| !field.is_empty()),
+        "problem": problem,
+        "remedy": remedy,
+    })
 }
 
 /// One error at a place of a scene.

@@ -1,7 +1,9 @@
 //! Why a command ended without its result.
 
 use std::fmt::Display;
+use std::path::Path;
 
+use clangor_core::scene::diagnostic::{Place, SceneErrors};
 use clangor_pipeline::dataset::DatasetError;
 use clangor_pipeline::interchange::body_files::InterchangeError;
 use clangor_pipeline::session;
@@ -12,14 +14,17 @@ use clangor_pipeline::stages::sound_models::{ModelOptionsError, SoundModelError}
 #[cfg(feature = "playback")]
 use clangor_playback::PlaybackError;
 
-use crate::diagnostics::{draw_error, draw_errors};
+use serde_json::{Value, json};
+
+use crate::diagnostics::{draw_error, draw_errors, error_json, errors_json};
 
 /// The end of a command that has no result.
 pub(crate) enum Failure {
     /// Something is wrong; the text says what, where, and what to do.
     Error(String),
-    /// The same, drawn at its place in a scene: free of what a terminal would obey, but for colours.
-    Drawn(String),
+    /// The same, drawn at its place in a scene: free of what a terminal would obey, but for colours; and the
+    /// list of errors for programs.
+    Drawn { text: String, errors: Value },
     /// The person pressed Ctrl-C.
     Interrupted,
     /// The same; the text says what was kept.
@@ -31,12 +36,29 @@ impl Failure {
     pub(crate) fn new(error: impl Display) -> Self {
         Failure::Error(format!("error: {error}"))
     }
+
+    /// The errors of a scene at `path` with this `text`.
+    fn in_scene(path: &Path, text: &str, errors: &SceneErrors) -> Self {
+        Failure::Drawn { text: draw_errors(path, text, errors), errors: errors_json(errors) }
+    }
+
+    /// What `--json` prints; nothing for an interruption.
+    pub(crate) fn json(&self) -> Option<Value> {
+        match self {
+            Failure::Error(text) => {
+                let problem = text.strip_prefix("error: ").unwrap_or(text).trim_end();
+                Some(json!({ "errors": [error_json(&Place::default(), problem, None)] }))
+            }
+            Failure::Drawn { errors, .. } => Some(json!({ "errors": errors })),
+            Failure::Interrupted | Failure::InterruptedWith(_) => None,
+        }
+    }
 }
 
 impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
         match error {
-            LoadError::Scene { path, text, errors } => Failure::Drawn(draw_errors(&path, &text, &errors)),
+            LoadError::Scene { path, text, errors } => Failure::in_scene(&path, &text, &errors),
             other => Failure::new(other),
         }
     }
@@ -50,7 +72,9 @@ impl From<SimulateError> for Failure {
             }
             _ if error.is_interruption() => Failure::Interrupted,
             SimulateError::Start { path, text, place, source } => {
-                Failure::Drawn(draw_error(&path, &text, &place, &source.to_string(), None))
+                let problem = source.to_string();
+                let errors = json!([error_json(&place, &problem, None)]);
+                Failure::Drawn { text: draw_error(&path, &text, &place, &problem, None), errors }
             }
             _ => Failure::new(error),
         }
@@ -109,7 +133,7 @@ impl From<DatasetError> for Failure {
     fn from(error: DatasetError) -> Self {
         match error {
             DatasetError::Recipe { path: Some(path), text, errors } => {
-                Failure::Drawn(draw_errors(&path, &text, &errors))
+                Failure::in_scene(&path, &text, &errors)
             }
             DatasetError::Options(error) => error.into(),
             error if error.is_interruption() => Failure::InterruptedWith(error.to_string()),

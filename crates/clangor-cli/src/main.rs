@@ -47,23 +47,19 @@ fn main() -> ExitCode {
         Command::Validate(options) => command::validate::run(options, &console),
         Command::Serve(options) => command::serve::run(options, &console),
     });
-    match done.and_then(|()| console.finish()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::Interrupted) => {
-            let _ = writeln!(std::io::stderr(), "interrupted; what was not complete has been removed");
-            ExitCode::from(130)
-        }
-        Err(Failure::InterruptedWith(message)) => {
-            let _ = writeln!(std::io::stderr(), "{}", printable(&message));
-            ExitCode::from(130)
-        }
-        Err(Failure::Error(message)) => {
-            let _ = writeln!(std::io::stderr(), "{}", printable(message.trim_end()));
-            ExitCode::FAILURE
-        }
-        Err(Failure::Drawn(message)) => {
-            let _ = writeln!(std::io::stderr(), "{}", message.trim_end());
-            ExitCode::FAILURE
-        }
+    let ended = done.and_then(|()| console.finish());
+    if let Some(errors) = ended.as_ref().err().and_then(Failure::json) {
+        console.json_errors(&errors);
     }
+    let (message, code) = match ended {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Interrupted) => {
+            ("interrupted; what was not complete has been removed".to_owned(), ExitCode::from(130))
+        }
+        Err(Failure::InterruptedWith(message)) => (printable(&message).into_owned(), ExitCode::from(130)),
+        Err(Failure::Error(message)) => (printable(message.trim_end()).into_owned(), ExitCode::FAILURE),
+        Err(Failure::Drawn { text, .. }) => (text.trim_end().to_owned(), ExitCode::FAILURE),
+    };
+    let _ = writeln!(std::io::stderr(), "{message}");
+    code
 }

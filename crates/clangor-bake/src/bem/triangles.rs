@@ -48,6 +48,7 @@ use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 pub(crate) mod adjoint_multipoles;
 mod dense_system;
 mod far;
+mod few_columns;
 pub mod field;
 mod incident_waves;
 pub(crate) mod lanes;

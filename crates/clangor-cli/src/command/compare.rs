@@ -93,8 +93,12 @@ fn say_fits(found: &Comparison, console: &Console) {
         100.0 * matched.spread
     ));
     if let Some((modulus, error)) = found.youngs_modulus().filter(|(modulus, _)| modulus.is_finite()) {
-        let error =
-            if error.is_finite() { format!(" ± {:.2} %", 100.0 * error / modulus) } else { String::new() };
+        // The error is that of the match, and says nothing where another match is nearly as good.
+        let error = match matched.rival {
+            Some(rival) => format!(" or {:.4e} Pa", modulus * (rival / matched.ratio).powi(2)),
+            None if error.is_finite() => format!(" ± {:.2} %", 100.0 * error / modulus),
+            None => String::new(),
+        };
         console.say(format_args!(
             "Young's modulus {:.4e} Pa{error}, {:.4} times that of the model",
             modulus,

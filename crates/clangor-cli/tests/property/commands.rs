@@ -247,17 +247,28 @@ fn a_check_tells_what_is_doubtful() {
 }
 
 #[test]
-fn errors_of_a_scene_are_json_too() {
+fn errors_are_json_too() {
     let folder = folder_with(&BALL.replace("sphere:0.01", "sphere:-1"));
-    let output = run(folder.path(), &["check", "scene.toml", "--json"]);
-    assert_eq!(output.status.code(), Some(1));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let error = &json["errors"][0];
-    assert_eq!(error["field"], "body[0].shape");
+    let errors = |arguments: &[&str]| -> serde_json::Value {
+        let output = run(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        assert!(!output.stderr.is_empty(), "{arguments:?}");
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+        json["errors"].clone()
+    };
     let line = BALL.lines().position(|line| line.contains("sphere:0.01")).unwrap() + 1;
-    assert_eq!(error["line"], line);
-    assert!(error["problem"].as_str().unwrap().contains("-1"), "{error}");
-    assert!(error["remedy"].as_str().unwrap().contains("metres"), "{error}");
+    for command in ["check", "simulate", "render", "bake"] {
+        let error = &errors(&[command, "scene.toml", "--json"])[0];
+        assert_eq!(error["field"], "body[0].shape", "{command}");
+        assert_eq!(error["line"], line);
+        assert!(error["problem"].as_str().unwrap().contains("-1"), "{error}");
+        assert!(error["remedy"].as_str().unwrap().contains("metres"), "{error}");
+    }
+    // What has no place in a scene.
+    let missing = errors(&["inspect", "missing.obj", "--json"]);
+    assert_eq!(missing.as_array().unwrap().len(), 1);
+    assert!(missing[0]["problem"].as_str().unwrap().contains("missing.obj"), "{missing}");
+    assert!(missing[0]["line"].is_null() && missing[0]["field"].is_null(), "{missing}");
 }
 
 #[test]

@@ -82,9 +82,8 @@ pub fn regular(square: Complex64, order: usize, values: &mut Vec<Complex64>) {
         }
         let below = (2 * n + 1) as f64 * here - square * above;
         (above, here) = (here, below);
-        let large = here.norm();
-        if large > 1e100 {
-            let scale = 1.0 / large;
+        if here.norm_sqr() > 1e200 {
+            let scale = 1.0 / here.norm();
             above *= scale;
             here *= scale;
             values.iter_mut().for_each(|v| *v *= scale);

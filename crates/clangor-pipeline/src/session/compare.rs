@@ -211,6 +211,7 @@ impl Compare {
             (decay > 0.0).then_some(Decay { frequency: tone.frequency, t60: DECAY / decay, weight })
         };
         let decays: Vec<Decay> = pairs.filter_map(material).collect();
+        warnings.extend(clipped(&samples));
         warnings.extend(matched.as_ref().and_then(doubt));
         Ok(Comparison {
             damping: fit_damping(&decays),
@@ -298,6 +299,23 @@ impl Compare {
     }
 }
 
+/// Level from which equal samples at the peak are clipped ones, and the fewest in a row.
+const CLIPPED: f32 = 0.98;
+const IN_A_ROW: usize = 3;
+
+/// A warning where a recording is cut off at its peak.
+fn clipped(samples: &[f32]) -> Option<String> {
+    let peak = samples.iter().fold(0.0_f32, |peak, p| peak.max(p.abs()));
+    let at_peak = |a: &f32, b: &f32| a == b && a.abs() > peak * (1.0 - 1e-4);
+    let count: usize = samples.chunk_by(at_peak).map(<[f32]>::len).filter(|length| *length >= IN_A_ROW).sum();
+    (peak >= CLIPPED && count > 0).then(|| {
+        format!(
+            "{count} samples in rows of {IN_A_ROW} and more are at the peak of {peak:.3}: a clipped \
+             recording has tones that the body has not, and levels and decays that are off"
+        )
+    })
+}
+
 /// What speaks against a match.
 fn doubt(found: &ModeMatch) -> Option<String> {
     if found.pairs.len() == 1 {
@@ -309,4 +327,25 @@ fn doubt(found: &ModeMatch) -> Option<String> {
             found.ratio
         )
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_loud_recording_with_flat_peaks_is_clipped() {
+        let tone = |size: f32| -> Vec<f32> {
+            // 1 kHz at 48 kHz, of 16 bits.
+            (0..4800).map(|i| (32767.0 * size * (0.1309 * i as f32).sin()).round() / 32767.0).collect()
+        };
+        let cut = |most: f32, size: f32| -> Vec<f32> {
+            tone(size).into_iter().map(|p| p.clamp(-most, most)).collect()
+        };
+        assert_eq!(clipped(&tone(1.0)), None);
+        assert_eq!(clipped(&cut(0.5, 0.8)), None);
+        assert_eq!(clipped(&[]), None);
+        let warning = clipped(&cut(1.0, 1.3)).expect("a warning");
+        assert!(warning.contains("1.000"), "{warning}");
+    }
 }

@@ -18,8 +18,8 @@ use glam::DVec3;
 
 const G: f64 = 9.80665;
 const EDGE: f64 = 0.04;
-/// Distance of boxes on each other, over their edge: a micrometre between them.
-const RISE: f64 = EDGE + 1e-6;
+/// Distance of boxes on each other: their surfaces are the same to the last digit.
+const RISE: f64 = EDGE;
 
 /// Places of boxes in columns of a height, with a gap \[m\] between them.
 fn wall(columns: usize, height: usize, gap: f64) -> Vec<DVec3> {

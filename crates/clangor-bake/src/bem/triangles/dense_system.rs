@@ -3,9 +3,11 @@
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::linalg::matmul::matmul;
-use faer::perm::PermRef;
+use faer::perm::{PermRef, permute_rows_in_place, permute_rows_in_place_scratch};
 use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex32, Complex64};
+
+use super::few_columns::{FEW, add_product, solve_factors};
 
 /// Equations of the six motions at one wavenumber, lengths in R.
 #[derive(Clone, Debug)]
@@ -94,12 +96,17 @@ impl Factors {
         let columns = right.len() / size.max(1);
         let factors = MatRef::from_column_major_slice(&self.both, size, size);
         let permutation = PermRef::new_checked(&self.forward, &self.backward, size);
-        let unknowns = MatMut::from_column_major_slice_mut(right, size, columns);
+        let mut unknowns = MatMut::from_column_major_slice_mut(right, size, columns);
         let need = solve::solve_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq)
-            .or(solve::solve_transpose_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq));
+            .or(solve::solve_transpose_in_place_scratch::<usize, Complex32>(size, columns, Par::Seq))
+            .or(permute_rows_in_place_scratch::<usize, Complex32>(size, columns));
         let mut buffer = MemBuffer::new(need);
         let stack = MemStack::new(&mut buffer);
         match side {
+            Side::Own if columns <= FEW => {
+                permute_rows_in_place(unknowns.as_mut(), permutation, stack);
+                solve_factors(factors, unknowns);
+            }
             Side::Own => solve::solve_in_place(factors, factors, permutation, unknowns, Par::Seq, stack),
             Side::Transposed => {
                 solve::solve_transpose_in_place(factors, factors, permutation, unknowns, Par::Seq, stack);
@@ -108,18 +115,13 @@ impl Factors {
     }
 }
 
-/// The product of a square matrix, column by column, with vectors one after the other.
+/// The product of a square matrix, column by column, with a few vectors, one after the other.
 pub(super) fn product(matrix: &[Complex32], size: usize, vectors: &[Complex32]) -> Vec<Complex32> {
     let columns = vectors.len() / size.max(1);
     let mut product = vec![Complex32::ZERO; size * columns];
-    matmul(
-        MatMut::from_column_major_slice_mut(&mut product, size, columns),
-        Accum::Replace,
-        MatRef::from_column_major_slice(matrix, size, size),
-        MatRef::from_column_major_slice(vectors, size, columns),
-        Complex32::new(1.0, 0.0),
-        Par::Seq,
-    );
+    let sums = MatMut::from_column_major_slice_mut(&mut product, size, columns);
+    let matrix = MatRef::from_column_major_slice(matrix, size, size);
+    add_product(sums, 1.0, (matrix, MatRef::from_column_major_slice(vectors, size, columns)));
     product
 }
 

@@ -124,12 +124,16 @@ fn spectrum(
     write_atomically(output, &canvas.encode().map_err(Failure::new)?).map_err(Failure::new)?;
     let peaks = spectrum.peaks(end, PEAK_DEPTH);
     let off = |f: f64| modes.iter().map(|m| f - m).min_by(|a, b| a.abs().total_cmp(&b.abs()));
+    let mut levels: Vec<f64> = peaks.iter().map(|peak| peak.level).collect();
+    levels.sort_by(|a, b| b.total_cmp(a));
+    let least = levels.get(LISTED - 1).copied().unwrap_or(f64::NEG_INFINITY);
+    let listed = if peaks.len() > LISTED { format!("; the highest {LISTED}") } else { String::new() };
     console.say(format_args!(
-        "{}: {} within {PEAK_DEPTH} dB of the highest",
+        "{}: {} within {PEAK_DEPTH} dB of the highest{listed}:",
         output.display(),
         counted(peaks.len(), "peak", "peaks")
     ));
-    for peak in &peaks {
+    for peak in peaks.iter().filter(|peak| peak.level >= least) {
         let beside = off(peak.frequency).map_or(String::new(), |d| format!(", {d:+.1} Hz from a mode"));
         console.say(format_args!("{:>10.1} Hz {:>6.1} dB{beside}", peak.frequency, peak.level));
     }
@@ -145,8 +149,9 @@ fn spectrum(
     Ok(())
 }
 
-/// Peaks that are told, below the highest [dB].
+/// Peaks that are found, below the highest [dB], and most that are listed; as JSON all are.
 const PEAK_DEPTH: f64 = 60.0;
+const LISTED: usize = 40;
 
 /// The samples of a channel, counted from 1, and their rate \[Hz\].
 fn one_channel(path: &Path, channel: usize) -> Result<(Vec<f32>, f64), Failure> {

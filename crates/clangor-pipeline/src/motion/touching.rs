@@ -307,8 +307,8 @@ fn distance_and_normal(
     }
 }
 
-/// Ways into the body of a point that are tried, over the distance that counts as none: the second leads out of
-/// bodies that overlap a little.
+/// Ways into the body of a point that are tried, over the distance that counts as none: the second leads out
+/// of bodies that overlap a little.
 const ASIDE: [f64; 2] = [100.0, 1e4];
 
 fn mesh_distance(
@@ -324,8 +324,8 @@ fn mesh_distance(
     if nearest.distance > clear {
         return Some((distance, away / distance));
     }
-    // On the surface the difference has no direction. Where an edge or a corner lies on one of the other body,
-    // as those of boxes in a stack, neither has a normal: a point a little way into its body has.
+    // On the surface the difference has no direction. Where an edge or a corner lies on one of the other
+    // body, as those of boxes in a stack, neither has a normal: a point a little way into its body has.
     let beside = |way: f64| {
         let point = local + way * clear * inward()?;
         let normal = (point - mesh.nearest(point)?.position).try_normalize()?;

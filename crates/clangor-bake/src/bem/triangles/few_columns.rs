@@ -3,8 +3,7 @@
 //! Every entry of the matrix is read once for a few operations: the time is that of reading it. A general
 //! product walks along rows of the matrix, which lie a whole column apart in memory, and waits for each. Here
 //! [`WIDTH`] neighbouring columns at a time are read from top to bottom, and triangular factors are solved
-//! block by block ([`BLOCK`]), the rest of each block's columns as such a product: 3.5 to 4 times faster with
-//! three vectors and 2850 unknowns, twice with 12, equally fast with 48.
+//! block by block ([`BLOCK`]), the rest of each block's columns as such a product.
 //!
 //! Not for many vectors: a general product reads the matrix once for all of them.
 

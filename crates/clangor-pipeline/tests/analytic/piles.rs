@@ -72,8 +72,13 @@ fn analytic_boxes_that_land_together_have_their_momentum_from_the_ground() {
     let walls = [(5, 3, 1e-4), (5, 5, 1e-4), (5, 5, 2e-3), (20, 1, 0.0), (10, 10, 1e-4)]
         .map(|(columns, height, gap)| (format!("{columns} x {height}, {gap}"), wall(columns, height, gap)));
     let pyramids = [3, 5, 8].map(|n| (format!("pyramid of {n}"), pyramid(n)));
+    // A micrometre between each box and the next.
+    let apart = [5, 20, 100].map(|n| {
+        let places = wall(1, n, 0.0).into_iter().map(|place| place + DVec3::Y * (1e-6 * place.y / RISE));
+        (format!("stack of {n} with gaps"), places.collect())
+    });
     let mut wrong = Vec::new();
-    for (name, places) in piles.into_iter().chain(walls).chain(pyramids) {
+    for (name, places) in piles.into_iter().chain(walls).chain(pyramids).chain(apart) {
         // On a frame and between two.
         for instant in [0.2, 0.2013] {
             let start = std::time::Instant::now();

@@ -12,7 +12,7 @@ use super::collision_scene::Scene;
 use super::impact_threshold::rest_speed;
 use super::linkage::Linkages;
 use super::mover::Mover;
-use super::reactions::{HELD, JointImpulse, Reactions};
+use super::reactions::{JointImpulse, Reactions};
 use super::state::Instant;
 use super::step_log::{ContactImpulse, Impulse};
 
@@ -30,6 +30,8 @@ const MOST_SHARES: f64 = 8.0;
 const GAINED: f64 = 1e-3;
 /// Velocity correction, relative to the approach, that ends the sweeps.
 const CONVERGED: f64 = 1e-14;
+/// The same after the last sweep, from which the impulses of a linkage contradict each other.
+const CONTRADICTED: f64 = 1e-3;
 
 /// A body in a block.
 pub(super) struct Actor {
@@ -218,7 +220,7 @@ impl Block {
                 if self.reactions.holds(a) || self.reactions.holds(b) {
                     inverse_mass = self.reactions.response(&movers, known.ends(), normal).dot(normal);
                     // Joints hold the point: nothing can turn it back.
-                    if inverse_mass <= HELD * known.inverse_mass {
+                    if self.reactions.hold_point(&movers, [a, b], inverse_mass) {
                         continue;
                     }
                 }
@@ -235,13 +237,34 @@ impl Block {
 
     /// Computes the impulses of the points by projected Gauss-Seidel; [`Self::apply_and_log`] then applies
     /// them to the actors. Returns whether reactions of springs have added energy.
+    ///
+    /// Where joints make approach and slip one motion, restitution and friction may contradict each other:
+    /// then no impulse satisfies both, and the points are solved without friction.
     pub(super) fn solve(&mut self, linkages: &Linkages) -> bool {
-        let mut moving: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
+        let before: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
+        let (mut moving, change) = self.sweep(&before);
+        if self.is_linked() && (change > CONTRADICTED || self.work(&before, &moving) > 0.0) {
+            for point in &mut self.points {
+                (point.friction, point.impulse_n, point.impulse_t) = (0.0, 0.0, DVec3::ZERO);
+            }
+            moving = self.sweep(&before).0;
+        }
+        let works = self.reactions.works(&before, &moving);
+        let added: f64 = works.filter(|of| linkages.has_springs(of.0)).map(|of| of.1).sum();
+        let met: f64 = self.points.iter().map(|p| 0.5 * p.impulse_n * p.before.length()).sum();
+        added > GAINED * met
+    }
+
+    /// Projected Gauss-Seidel over all points. Returns the bodies after it, and the change of velocity in the
+    /// last sweep, relative to the approach.
+    fn sweep(&mut self, before: &[Mover]) -> (Vec<Mover>, f64) {
+        let mut moving = before.to_vec();
         let scale = self.points.iter().map(|p| p.before.length()).fold(0.0, f64::max);
         self.reactions.restart();
         let share = 1.0 / (self.points.len() as f64).clamp(1.0, MOST_SHARES);
+        let mut largest = 0.0_f64;
         for _ in 0..MAX_SWEEPS {
-            let mut largest = 0.0_f64;
+            largest = 0.0;
             for point in &mut self.points {
                 largest = largest.max(point.relax(&mut moving, &mut self.reactions, share));
             }
@@ -250,11 +273,19 @@ impl Block {
                 break;
             }
         }
-        let before: Vec<Mover> = self.actors.iter().map(|actor| actor.now.mover()).collect();
-        let works = self.reactions.works(&before, &moving);
-        let added: f64 = works.filter(|of| linkages.has_springs(of.0)).map(|of| of.1).sum();
-        let met: f64 = self.points.iter().map(|p| 0.5 * p.impulse_n * p.before.length()).sum();
-        added > GAINED * met
+        (moving, largest / scale)
+    }
+
+    /// Work of the impulses of all points \[J\].
+    fn work(&self, before: &[Mover], after: &[Mover]) -> f64 {
+        let work = |point: &BlockPoint| {
+            let relative = |movers: &[Mover]| {
+                movers[point.a].velocity_at(point.arm_a) - movers[point.b].velocity_at(point.arm_b)
+            };
+            let impulse = point.normal * point.impulse_n + point.impulse_t;
+            0.5 * impulse.dot(relative(before) + relative(after))
+        };
+        self.points.iter().map(work).sum()
     }
 
     /// Solves the points again for springs that do not react: what a spring does in the time of an impact.

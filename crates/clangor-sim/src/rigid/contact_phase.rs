@@ -188,6 +188,15 @@ impl ContactPhase {
     /// Sets up one row for each point that may bear in this step.
     fn assemble_rows(&mut self, bodies: &[BodyState], pairs: &mut [Pair], step: &Step) {
         self.rows.clear();
+        for pair in pairs.iter().filter(|pair| pair.live) {
+            let (a, b) = (pair.key.a as usize, pair.key.b as usize);
+            if self.reactions.holds(a) || self.reactions.holds(b) {
+                for point in &pair.points {
+                    let ends = [(a, point.arm_a), (b, point.arm_b)];
+                    self.reactions.let_pushed_ropes_go(&self.movers, ends, pair.normal);
+                }
+            }
+        }
         for &index in &self.order {
             let pair = &mut pairs[index];
             if !pair.live {

@@ -11,7 +11,7 @@ use super::impact_threshold::{MAX_HITS, bend, rest_speed};
 use super::manifold::tangents;
 use super::mover::{Kick, Mover};
 use super::pair::{Pair, SLOP, Step};
-use super::reactions::{HELD, Reactions};
+use super::reactions::Reactions;
 use super::state::BodyState;
 
 /// Fraction of an overlap that is removed per step.
@@ -108,20 +108,17 @@ impl<'a> PairContext<'a> {
         }
     }
 
-    /// Effective masses and coupling with the reactions of joints; `free` has those without. No mass where
-    /// joints hold the point.
-    fn linked_masses(
-        &self,
-        ends: [(usize, DVec3); 2],
-        normal: DVec3,
-        free: [f64; 3],
-    ) -> ([f64; 3], [f64; 2]) {
+    /// Effective masses and coupling with the reactions of joints; `None` where joints hold the point, and no
+    /// mass along a tangent where they do.
+    fn linked_masses(&self, ends: [(usize, DVec3); 2], normal: DVec3) -> Option<([f64; 3], [f64; 2])> {
         let [t1, t2] = self.tangents;
         let response = |along: DVec3| self.reactions.response(self.movers, ends, along);
         let pushed = response(normal);
         let inverse = [pushed.dot(normal), response(t1).dot(t1), response(t2).dot(t2)];
-        let mass = |k: usize| if inverse[k] * free[k] > HELD { inverse[k].recip() } else { 0.0 };
-        ([0, 1, 2].map(mass), [pushed.dot(t1), pushed.dot(t2)])
+        let bodies = ends.map(|end| end.0);
+        let held = inverse.map(|inverse| self.reactions.hold_point(self.movers, bodies, inverse));
+        let mass = |k: usize| if held[k] { 0.0 } else { inverse[k].recip() };
+        (!held[0]).then(|| ([0, 1, 2].map(mass), [pushed.dot(t1), pushed.dot(t2)]))
     }
 
     /// The row of a contact point; `None`, and its carried impulse is reset, if it cannot bear in this step.
@@ -153,6 +150,25 @@ impl<'a> PairContext<'a> {
             point.impulse_t = DVec3::ZERO;
             return None;
         }
+        // Effective masses and coupling.
+        let inverse_mass = |along: DVec3, across: DVec3| {
+            (mover_a.inverse_mass + mover_b.inverse_mass) * along.dot(across)
+                + point.arm_a.cross(along).dot(mover_a.inverse_inertia * point.arm_a.cross(across))
+                + point.arm_b.cross(along).dot(mover_b.inverse_inertia * point.arm_b.cross(across))
+        };
+        let [t1, t2] = self.tangents;
+        let free = [normal, t1, t2].map(|d| inverse_mass(d, d).recip());
+        let masses = match linked {
+            true => self.linked_masses([(a, point.arm_a), (b, point.arm_b)], normal),
+            false => Some((free, [inverse_mass(normal, t1), inverse_mass(normal, t2)])),
+        };
+        let Some((mass, coupling)) = masses else {
+            point.impulse_n = 0.0;
+            point.impulse_t = DVec3::ZERO;
+            return None;
+        };
+        // Near an axis an overlap is pushed out with no more energy than without joints.
+        let push_speed = PUSH_SPEED * (free[0] / mass[0]).sqrt().min(1.0);
         // Least normal velocity after the step. A hand does not hasten an impact of the next one.
         let target = if gripped {
             unled().dot(normal).min(-2.0 * gap.max(0.0) / step.length)
@@ -162,25 +178,12 @@ impl<'a> PairContext<'a> {
             -2.0 * (gap + ahead) / step.length
         } else {
             let overlap = (-gap - SLOP).max(0.0);
-            let slow = (PUSH_FRACTION * overlap / step.length).min(PUSH_SPEED);
+            let slow = (PUSH_FRACTION * overlap / step.length).min(push_speed);
             slow.max((FAST_PUSH_FRACTION * overlap / step.length).min(-FAST_PUSH * met.dot(normal)))
         };
         // The rim curves upwards from its lowest point, which would sink if it were not lifted as much.
         let target =
             if pair.rolls_on_rim && k == 0 && pair.hits == 0 { target + pair.rim_lift } else { target };
-        // Effective masses and coupling.
-        let point = &*point;
-        let inverse_mass = |along: DVec3, across: DVec3| {
-            (mover_a.inverse_mass + mover_b.inverse_mass) * along.dot(across)
-                + point.arm_a.cross(along).dot(mover_a.inverse_inertia * point.arm_a.cross(across))
-                + point.arm_b.cross(along).dot(mover_b.inverse_inertia * point.arm_b.cross(across))
-        };
-        let [t1, t2] = self.tangents;
-        let free = [normal, t1, t2].map(|d| inverse_mass(d, d).recip());
-        let (mass, coupling) = match linked {
-            true => self.linked_masses([(a, point.arm_a), (b, point.arm_b)], normal, free),
-            false => (free, [inverse_mass(normal, t1), inverse_mass(normal, t2)]),
-        };
         let rolling_loss = pair.coefficients.rolling_loss;
         Some(Row {
             a,

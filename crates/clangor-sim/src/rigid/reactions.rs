@@ -25,8 +25,9 @@ use super::mover::{Kick, Mover};
 use super::step_log::StepLog;
 use super::stiff_spring::Give;
 
-/// Joints hold a point where its mobility is below this part of that without them: nothing moves it.
-pub(super) const HELD: f64 = 1e-9;
+/// Joints hold a point whose mobility is below this part of that of the whole linkage: an axis so near has play
+/// and gives way.
+const HELD: f64 = 1e-3;
 /// The same below which rods and ropes, stiff as they are, do not count in the effective mass of an impact.
 const YIELDS: f64 = 1e-3;
 /// A rope that is shorter than its length by less than this resists an impact \[m\].
@@ -38,6 +39,8 @@ const CHORD: f64 = 2.0;
 /// Rows of one linkage and the pseudo-inverse of A, by columns.
 struct Solved {
     linkage: usize,
+    /// Of all its bodies \[kg\].
+    mass: f64,
     rows: Range<usize>,
     inverse: Vec<f64>,
 }
@@ -112,7 +115,9 @@ impl Reactions {
                 self.rows.extend(blocked.iter().zip(gives).map(row));
                 self.placed.push((index, placed));
             }
-            self.solved.push(Solved { linkage, rows: first..self.rows.len(), inverse: Vec::new() });
+            let mass = linkages.bodies_of(linkage).iter().map(|&body| movers[place(body).1].inverse_mass);
+            let mass = mass.filter(|inverse| *inverse > 0.0).map(f64::recip).sum();
+            self.solved.push(Solved { linkage, mass, rows: first..self.rows.len(), inverse: Vec::new() });
             self.factorize(self.solved.len() - 1, movers);
         }
     }
@@ -165,6 +170,37 @@ impl Reactions {
             self.felt(movers, mover, &kicks).velocity_at(arm)
         };
         felt(0) - felt(1)
+    }
+
+    /// Whether joints hold a contact so well that nothing moves it, as close to an axis: its `mobility`
+    /// \[1/kg\] is nothing against those of both bodies, each with all that hangs on it.
+    pub(super) fn hold_point(&self, movers: &[Mover], bodies: [usize; 2], mobility: f64) -> bool {
+        let whole = |body: usize| match self.of_mover.get(body) {
+            Some(Some(slot)) => self.solved[*slot].mass.recip(),
+            _ => movers[body].inverse_mass,
+        };
+        let moved = bodies.into_iter().filter(|&body| movers[body].inverse_mass > 0.0);
+        mobility <= HELD * moved.map(whole).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Lets those ropes go that pull so far and that an impulse `along` on A, and its opposite on B, would
+    /// push: they take part in the sweeps of contacts.
+    pub(super) fn let_pushed_ropes_go(&mut self, movers: &[Mover], ends: [(usize, DVec3); 2], along: DVec3) {
+        let [(a, arm_a), (b, arm_b)] = ends;
+        let kicks = [(a, along, arm_a.cross(along)), (b, -along, -arm_b.cross(along))];
+        for slot in self.slots(&kicks) {
+            let reactions = self.reactions(movers, slot, &kicks);
+            let mut pushed = false;
+            for (row, impulse) in self.rows[self.solved[slot].rows.clone()].iter_mut().zip(reactions) {
+                if let Some(rope) = row.rope.as_mut().filter(|rope| rope.pulls && impulse > 0.0) {
+                    rope.pulls = false;
+                    pushed = true;
+                }
+            }
+            if pushed {
+                self.factorize(slot, movers);
+            }
+        }
     }
 
     /// Effective masses \[kg\] of contacts along their normals, after a solve: with the reactions of joints,

@@ -17,6 +17,7 @@ mod fracture_hulls;
 mod fracture_pattern;
 mod fracture_pieces;
 mod hung_spheres;
+mod linked_contacts;
 mod linked_scenes;
 mod live_changes;
 mod live_pile;

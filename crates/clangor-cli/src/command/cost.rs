@@ -19,6 +19,9 @@ use crate::console::Console;
 /// Fewer modes than this are not counted by their density.
 pub(super) const FEW: f64 = 10.0;
 
+/// Unknowns of a solve that no solver takes: the number says nothing.
+const BEYOND: f64 = 1e5;
+
 /// The amounts that a scene asks for.
 pub(crate) struct SceneCost {
     text_bytes: usize,
@@ -132,7 +135,11 @@ pub(super) fn say_costs(costs: &[BakeCost], console: &Console) {
     console.say(format_args!("  a bake takes about ({parts}, CPU time): {}", all.join(", ")));
     let of_normal = costs.iter().find(|cost| cost.quality == Quality::Normal && cost.unknowns > 0.0);
     if let Some(cost) = of_normal {
-        console.say(format_args!("  a solve for clicks has about {:.0} unknowns (normal)", cost.unknowns));
+        if cost.unknowns < BEYOND {
+            console.say(format_args!("  a solve for clicks has about {:.0} unknowns (normal)", cost.unknowns));
+        } else {
+            console.say(format_args!("  an exact solve for clicks is out of reach (normal)"));
+        }
     }
 }
 

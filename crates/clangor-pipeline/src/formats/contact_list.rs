@@ -157,6 +157,9 @@ pub enum LineFault {
         /// What is there.
         value: f64,
     },
+    /// An impact that gives nothing.
+    #[error("impulse_n is 0, but an impact has an impulse; leave the row out, or give its kind as contact")]
+    NoImpulse,
     /// The same quantity in two ways.
     #[error("velocity and speed are both given; leave out one")]
     SpeedTwice,
@@ -371,6 +374,9 @@ impl Entry {
             && let Some((column, value)) = pushes.into_iter().find(|(_, value)| *value < 0.0)
         {
             return Err(LineFault::Negative { column, value });
+        }
+        if kind == ContactKind::Impact && impulse_n == 0.0 {
+            return Err(LineFault::NoImpulse);
         }
         let velocity = match self.speed {
             Some(_) if self.velocity != [None; 3] => return Err(LineFault::SpeedTwice),

@@ -77,6 +77,8 @@ fn mistakes_are_told_by_line_and_column() {
         (format!("{head}0,die,0,,0,0,1,0,1,1\n"), "line 2: point is missing"),
         (format!("{head}0,die,0,0,0,0,0,0,1,1\n"), "line 2: the normal is zero"),
         (format!("{head}0,die,0,0,0,0,1,0,1,\n"), "line 2: velocity or speed is missing"),
+        (format!("{head}0,die,0,0,0,0,1,0,-1,1\n"), "line 2: impulse_n is -1, below 0"),
+        (format!("{head}0,die,0,0,0,0,1,0,0,1\n"), "line 2: impulse_n is 0, but an impact has an impulse"),
         (format!("{head}0,\"die,0,0,0,0,1,0,1,1\n"), "line 2: at column 3: the quote is not closed"),
         (format!("{head}0,\"die\" x,0,0,0,0,1,0,1,1\n"), "line 2: at column 9: a comma is expected"),
     ];

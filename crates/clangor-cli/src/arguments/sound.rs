@@ -127,7 +127,7 @@ pub(crate) struct Strike {
     /// Material preset; not needed for a glTF file that gives the material in KHR_audio_rigid_bodies
     #[arg(long, value_name = "NAME")]
     pub(crate) material: Option<String>,
-    /// Impulse in N s (default: 0,-0.01,0)
+    /// Impulse in N s (default: 0,-0.01,0, or 0.01 N s into the surface where the point is by a pole)
     #[arg(long, value_name = "JX,JY,JZ", value_parser = vector, allow_hyphen_values = true)]
     #[arg(conflicts_with = "striker")]
     pub(crate) impulse: Option<DVec3>,
@@ -146,7 +146,7 @@ pub(crate) struct Strike {
     #[arg(value_parser = clap::value_parser!(u32).range(2..=256))]
     pub(crate) contact_steps: u32,
     /// Point of impact on the surface in metres from the centre of mass (default: off the middle of the face
-    /// that is highest, along y)
+    /// that is highest, along y; of domes, bells and other bodies with a pole there, near their edge)
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
     pub(crate) point: Option<DVec3>,
     /// Listener in metres from the centre of mass (default: 0.6,0.8,0)

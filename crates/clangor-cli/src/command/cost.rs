@@ -136,7 +136,8 @@ pub(super) fn say_costs(costs: &[BakeCost], console: &Console) {
     let of_normal = costs.iter().find(|cost| cost.quality == Quality::Normal && cost.unknowns > 0.0);
     if let Some(cost) = of_normal {
         if cost.unknowns < BEYOND {
-            console.say(format_args!("  a solve for clicks has about {:.0} unknowns (normal)", cost.unknowns));
+            console
+                .say(format_args!("  a solve for clicks has about {:.0} unknowns (normal)", cost.unknowns));
         } else {
             console.say(format_args!("  an exact solve for clicks is out of reach (normal)"));
         }

@@ -25,7 +25,7 @@ use super::sounding_body::{SoundingBody, point_source};
 use super::struck_body::StruckBody;
 use super::struck_model::ModelChoice;
 use super::struck_sound::StruckSound;
-use super::top_point::top_point;
+use super::top_point::{TopPoint, top_point};
 use crate::stages::sound_models::ModelOptions;
 
 /// Shortest sound, unless another length is asked for \[s\].
@@ -54,6 +54,8 @@ pub struct Strike {
     pub(super) body: StruckBody,
     pub(super) impact: strike::Strike,
     impulse: Option<DVec3>,
+    /// Impulse where none is given [N s].
+    usual_impulse: DVec3,
     duration: Option<f64>,
     striker: Option<Striker>,
     seconds: Option<f64>,
@@ -64,14 +66,16 @@ pub struct Strike {
 
 impl Strike {
     /// An impulse of 0.01 N s downwards on top of the body, off the middle of its highest face, heard 1 m
-    /// away, at 48 kHz.
+    /// away, at 48 kHz. Domes, bells and other bodies whose highest place is a pole above the centre of mass
+    /// are struck near their edge as seen from above, at a right angle to their surface.
     pub fn new(body: impl Into<StruckBody>) -> Self {
         let body = body.into();
-        let impact = usual_impact(top_point(&body.body));
+        let TopPoint { point, inwards } = top_point(&body.body);
         Strike {
             body,
-            impact,
+            impact: usual_impact(point),
             impulse: None,
+            usual_impulse: DEFAULT_IMPULSE.length() * inwards,
             duration: None,
             striker: None,
             seconds: None,
@@ -81,10 +85,11 @@ impl Strike {
         }
     }
 
-    /// Strikes at a point of the surface \[m from the centre of mass\].
+    /// Strikes at a point of the surface \[m from the centre of mass\], by default with an impulse downwards.
     #[must_use]
     pub fn at(mut self, point: impl Into<DVec3>) -> Self {
         self.impact.point = point.into();
+        self.usual_impulse = DEFAULT_IMPULSE;
         self
     }
 
@@ -209,10 +214,10 @@ impl Strike {
 impl Strike {
     /// What strikes the body.
     fn force(&self) -> Result<StrikeForce, Error> {
-        let Strike { impulse, duration, striker, .. } = self;
+        let Strike { impulse, usual_impulse, duration, striker, .. } = self;
         match striker {
             None => {
-                Ok(StrikeForce::Impulse { impulse: impulse.unwrap_or(DEFAULT_IMPULSE), duration: *duration })
+                Ok(StrikeForce::Impulse { impulse: impulse.unwrap_or(*usual_impulse), duration: *duration })
             }
             Some(_) if impulse.is_some() || duration.is_some() => Err(Error::TwoForces),
             Some(striker) => Ok(StrikeForce::Striker(striker.clone())),

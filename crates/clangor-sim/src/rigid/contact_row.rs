@@ -108,6 +108,18 @@ impl<'a> PairContext<'a> {
         }
     }
 
+    /// Effective masses and coupling of a point without joints, with its arms \[m\].
+    fn free_masses(&self, [arm_a, arm_b]: [DVec3; 2], normal: DVec3) -> ([f64; 3], [f64; 2]) {
+        let inverse_mass = |along: DVec3, across: DVec3| {
+            (self.mover_a.inverse_mass + self.mover_b.inverse_mass) * along.dot(across)
+                + arm_a.cross(along).dot(self.mover_a.inverse_inertia * arm_a.cross(across))
+                + arm_b.cross(along).dot(self.mover_b.inverse_inertia * arm_b.cross(across))
+        };
+        let [t1, t2] = self.tangents;
+        let masses = [normal, t1, t2].map(|along| inverse_mass(along, along).recip());
+        (masses, [inverse_mass(normal, t1), inverse_mass(normal, t2)])
+    }
+
     /// Effective masses and coupling with the reactions of joints; `None` where joints hold the point, and no
     /// mass along a tangent where they do.
     fn linked_masses(&self, ends: [(usize, DVec3); 2], normal: DVec3) -> Option<([f64; 3], [f64; 2])> {
@@ -151,24 +163,15 @@ impl<'a> PairContext<'a> {
             return None;
         }
         // Effective masses and coupling.
-        let inverse_mass = |along: DVec3, across: DVec3| {
-            (mover_a.inverse_mass + mover_b.inverse_mass) * along.dot(across)
-                + point.arm_a.cross(along).dot(mover_a.inverse_inertia * point.arm_a.cross(across))
-                + point.arm_b.cross(along).dot(mover_b.inverse_inertia * point.arm_b.cross(across))
-        };
-        let [t1, t2] = self.tangents;
-        let free = [normal, t1, t2].map(|d| inverse_mass(d, d).recip());
-        let masses = match linked {
-            true => self.linked_masses([(a, point.arm_a), (b, point.arm_b)], normal),
-            false => Some((free, [inverse_mass(normal, t1), inverse_mass(normal, t2)])),
-        };
-        let Some((mass, coupling)) = masses else {
+        let free = self.free_masses([point.arm_a, point.arm_b], normal);
+        let linked_masses = || self.linked_masses([(a, point.arm_a), (b, point.arm_b)], normal);
+        let Some((mass, coupling)) = (if linked { linked_masses() } else { Some(free) }) else {
             point.impulse_n = 0.0;
             point.impulse_t = DVec3::ZERO;
             return None;
         };
         // Near an axis an overlap is pushed out with no more energy than without joints.
-        let push_speed = PUSH_SPEED * (free[0] / mass[0]).sqrt().min(1.0);
+        let push_speed = PUSH_SPEED * (free.0[0] / mass[0]).sqrt().min(1.0);
         // Least normal velocity after the step. A hand does not hasten an impact of the next one.
         let target = if gripped {
             unled().dot(normal).min(-2.0 * gap.max(0.0) / step.length)
@@ -191,7 +194,7 @@ impl<'a> PairContext<'a> {
             pair: self.index,
             point: k,
             normal,
-            tangents: [t1, t2],
+            tangents: self.tangents,
             arm_a: point.arm_a,
             arm_b: point.arm_b,
             mass,
@@ -200,7 +203,11 @@ impl<'a> PairContext<'a> {
             friction: pair.coefficients.friction,
             rolling_loss,
             rolling_inertia: if rolling_loss > 0.0 { self.stiffest.recip() } else { 0.0 },
-            impulse: [point.impulse_n, point.impulse_t.dot(t1), point.impulse_t.dot(t2)],
+            impulse: [
+                point.impulse_n,
+                point.impulse_t.dot(self.tangents[0]),
+                point.impulse_t.dot(self.tangents[1]),
+            ],
             couple: DVec3::ZERO,
             before: met,
             gap: point.gap,

@@ -25,8 +25,8 @@ use super::mover::{Kick, Mover};
 use super::step_log::StepLog;
 use super::stiff_spring::Give;
 
-/// Joints hold a point whose mobility is below this part of that of the whole linkage: an axis so near has play
-/// and gives way.
+/// Joints hold a point whose mobility is below this part of that of the whole linkage: an axis so near has
+/// play and gives way.
 const HELD: f64 = 1e-3;
 /// The same below which rods and ropes, stiff as they are, do not count in the effective mass of an impact.
 const YIELDS: f64 = 1e-3;

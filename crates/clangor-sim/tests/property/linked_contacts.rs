@@ -97,7 +97,7 @@ fn a_lid_falls_shut_on_a_base_that_reaches_to_its_hinge() {
         assert!((seen.end.position.y - 0.05).abs() < 1e-4, "{:.5} m", seen.end.position.y);
         impacts.push(seen.impacts);
     }
-    // Residuals seen: energy 1.2e-7, spin 1e-3, impulses 3e-5 and, where the base begins behind the hinge, 0.053.
+    // Residuals seen: energy 1.2e-7, spin 1e-3, impulses 3e-5; 0.053 where the base begins behind the hinge.
     for impulse in &impacts {
         assert!((impulse / impacts[1] - 1.0).abs() < 0.1, "{impulse:.3} N s");
     }

@@ -33,7 +33,9 @@ const MOST_ORDER: usize = 148;
 /// Most waves that are solved at a time.
 const MOST_WAVES: usize = 16;
 
-/// Largest interior pressure, relative to the surface maximum, that counts as zero.
+/// Largest interior pressure that counts as zero, relative to the surface maximum of the loudest motion of a
+/// wave. Beside a mode cos mφ the part sin mφ is the noise of its mesh, which no panel resolves: relative to
+/// its own maximum, its pressure inside is never small.
 const QUIET: f64 = 3e-4;
 
 /// Attempts to add interior points before the solve fails.
@@ -72,7 +74,8 @@ pub struct RingWave {
     pub wavenumber: f64,
     /// m.
     pub order: usize,
-    /// Normal accelerations at the nodes, of any number of surface motions.
+    /// Normal accelerations at the nodes, of any number of surface motions, which are told from resonances of
+    /// the interior to within a fraction of the loudest.
     pub accelerations: Vec<Vec<f64>>,
 }
 
@@ -269,7 +272,9 @@ impl AzimuthalSolver {
                 .par_iter()
                 .map(|f| {
                     let found = solve_joined(rows, &used, *f);
-                    let loud = found.iter().enumerate().any(|(i, p)| loudness(&spare, *f, i, p) > QUIET);
+                    let loudest = found.iter().flatten().map(|p| p.norm()).fold(0.0, f64::max);
+                    let inside = |(i, p): (usize, &Vec<Complex64>)| inner_pressure(&spare, *f, i, p);
+                    let loud = found.iter().enumerate().map(inside).any(|p| p > QUIET * loudest);
                     (*f, (!loud).then_some(found))
                 })
                 .collect();
@@ -304,9 +309,8 @@ fn solve_joined(rows: &[Row], inside: &[Row], wave: usize) -> Vec<Vec<Complex64>
     (0..count).map(|j| (0..nodes).map(|i| solution[(i, j)]).collect()).collect()
 }
 
-/// Largest pressure at interior points, relative to the largest on the surface.
-fn loudness(inside: &[Row], wave: usize, source: usize, pressure: &[Complex64]) -> f64 {
-    let loudest = pressure.iter().map(|p| p.norm()).fold(0.0, f64::max);
+/// Largest pressure at interior points.
+fn inner_pressure(inside: &[Row], wave: usize, source: usize, pressure: &[Complex64]) -> f64 {
     let start = wave * pressure.len();
     let residual = |row: &Row| {
         let sum: Complex64 = pressure
@@ -316,8 +320,7 @@ fn loudness(inside: &[Row], wave: usize, source: usize, pressure: &[Complex64]) 
             .sum();
         (sum + row.rhs[wave][source]).norm()
     };
-    let most = inside.iter().map(residual).fold(0.0, f64::max);
-    if most == 0.0 { 0.0 } else { most / loudest }
+    inside.iter().map(residual).fold(0.0, f64::max)
 }
 
 /// ∫ dφ of cos²mφ.

@@ -83,6 +83,7 @@ impl ContactPhase {
             self.close_joints(&flight, &[])?;
         }
         self.note_pushes(bodies, linkages);
+        self.let_pushed_ropes_go(pairs);
         self.assemble_rows(bodies, pairs, step);
         let flight = Flight { linkages, bodies, step };
         let sweeps = if self.rows.is_empty() && self.grips.is_empty() { 0 } else { self.sweep(step) };
@@ -185,9 +186,12 @@ impl ContactPhase {
         }
     }
 
-    /// Sets up one row for each point that may bear in this step.
-    fn assemble_rows(&mut self, bodies: &[BodyState], pairs: &mut [Pair], step: &Step) {
-        self.rows.clear();
+    /// Lets ropes go that a contact may push: as a rod such a rope would take a part of the impulse, which is
+    /// taken back after the sweeps and would leave too much at the contact.
+    fn let_pushed_ropes_go(&mut self, pairs: &[Pair]) {
+        if !self.reactions.has_pulling_ropes() {
+            return;
+        }
         for pair in pairs.iter().filter(|pair| pair.live) {
             let (a, b) = (pair.key.a as usize, pair.key.b as usize);
             if self.reactions.holds(a) || self.reactions.holds(b) {
@@ -197,6 +201,11 @@ impl ContactPhase {
                 }
             }
         }
+    }
+
+    /// Sets up one row for each point that may bear in this step.
+    fn assemble_rows(&mut self, bodies: &[BodyState], pairs: &mut [Pair], step: &Step) {
+        self.rows.clear();
         for &index in &self.order {
             let pair = &mut pairs[index];
             if !pair.live {

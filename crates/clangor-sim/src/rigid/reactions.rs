@@ -9,9 +9,9 @@
 //! Contacts are solved against bodies that react in this way, so that a joint is as hard in an impact as at
 //! rest.
 //!
-//! A rope is a row whose impulse only pulls. While it pulls in a step it reacts like a rod; before that it
-//! takes part in the sweeps of contacts like a contact. Differs from contacts: it becomes taut at the middle
-//! of a step.
+//! A rope is a row whose impulse only pulls. While it pulls in a step it reacts like a rod, unless a contact
+//! pushes it; otherwise it takes part in the sweeps of contacts like a contact. Differs from contacts: it
+//! becomes taut at the middle of a step.
 
 use std::ops::Range;
 
@@ -181,6 +181,11 @@ impl Reactions {
         };
         let moved = bodies.into_iter().filter(|&body| movers[body].inverse_mass > 0.0);
         mobility <= HELD * moved.map(whole).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a rope pulls, and reacts like a rod.
+    pub(super) fn has_pulling_ropes(&self) -> bool {
+        self.rows.iter().any(|row| row.rope.is_some_and(|rope| rope.pulls))
     }
 
     /// Lets those ropes go that pull so far and that an impulse `along` on A, and its opposite on B, would

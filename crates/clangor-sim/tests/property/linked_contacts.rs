@@ -73,7 +73,8 @@ fn run(world: &World, duration: f64) -> Seen {
     seen
 }
 
-/// A lid 20 cm long that falls shut from 80° on a base whose top is at this height below its underside.
+/// A lid 20 cm long that falls shut from 80°. The top of its base is by `gap` below its underside, and begins
+/// at the distance `base` from the axis \[m\].
 fn lid(gap: f64, base: f64) -> World {
     let (point, angle) = (DVec3::Y * 0.05, 80.0_f64.to_radians());
     let at = point + DQuat::from_rotation_z(angle) * (DVec3::X * 0.1);

@@ -14,6 +14,7 @@
 //! | `edge_touches` | where sharp edges of two surfaces cross |
 //! | `impulse_fit` | impulses at given points that explain given jumps |
 //! | `cone_faces` | steps of such fits within the limits that impulses have reached |
+//! | `led_bodies` | bodies that a hand or a joint leads |
 //! | `impacts` | contact rows of a recording, by the modules above |
 //! | `pose_noise` | noise of positions, measured from the frames |
 //! | `lasting_jumps` | what a body does beyond gravity and impacts: rest, and forces without noise |
@@ -48,6 +49,7 @@ mod kinematics;
 mod lasting_contacts;
 mod lasting_fit;
 mod lasting_jumps;
+mod led_bodies;
 pub(crate) mod list_clock;
 mod neighbours;
 pub(crate) mod nested_bodies;

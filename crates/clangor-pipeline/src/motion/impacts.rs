@@ -3,7 +3,9 @@
 //! Each jump of a body ([`jump_windows`](super)) is held against the surfaces around it at its instant.
 //! Bodies that touch and jump together are one event, and the impulses at all of its points are those that
 //! explain the jumps best. A body that does not jump, a plane, and a body that nothing moves take what is
-//! left. Bodies that have one impact alone come first (`clean_first`).
+//! left; so does one that a hand leads (`led_members`). Bodies that have one impact alone come first
+//! (`clean_first`). What is not released at its first frame but carried (`releases`) has no impact before the
+//! second.
 //!
 //! The confidence of an impact is the explained share of the energy of the jumps of its event. Approaches
 //! below the threshold of sound, and those of a body that a support holds, are rows of lasting contact.
@@ -11,6 +13,9 @@
 mod clean_first;
 mod event_rows;
 mod flat_impacts;
+mod last_keys;
+mod led_members;
+mod releases;
 mod rolling;
 
 use std::collections::BTreeMap;
@@ -22,7 +27,7 @@ use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactRow, PoseRow};
 use glam::DVec3;
 
-use super::impulse_fit::{FitBody, FitContact, fit_impulses};
+use super::impulse_fit::{FitBody, FitContact};
 use super::jump_windows::{JumpWindow, jump_windows};
 use super::kinematics::{Inertia, Kinematics, State};
 use super::neighbours::Neighbours;
@@ -44,8 +49,6 @@ const WIDEST: f64 = 0.3;
 const FRICTION_SLACK: (f64, f64) = (1.25, 0.05);
 /// Unexplained share from which a wider gap is tried.
 const POOR: f64 = 0.3;
-/// Unexplained share from which the end of the keys of a body is no impact.
-const POOR_AT_END: f64 = 0.05;
 /// Weight of the jump of a body that several impacts share, beside that of a body with one alone.
 const MIXED: f64 = 0.02;
 
@@ -78,6 +81,7 @@ pub(super) fn find_impacts_in_noise(
 ) -> MotionImpacts {
     let mut scene = Scene::new(world, recorded);
     let mut found = MotionImpacts::default();
+    scene.find_how_bodies_start(recorded, v_min, noise);
     let mut events = scene.clean_events(recorded, v_min, noise);
     let windows = scene.windows_in_order(recorded, v_min, noise);
     let mut done = vec![false; windows.len()];
@@ -91,7 +95,7 @@ pub(super) fn find_impacts_in_noise(
         event.iter().flat_map(|(_, used)| used).for_each(|index| done[*index] = true);
         match event {
             // A body in flight or on its way along a floor does not stop because its keys end.
-            Some((event, _)) if is_at_end && event.residual > POOR_AT_END => {}
+            Some((event, _)) if is_at_end && !event.is_stop(&scene) => {}
             None if is_at_end => {}
             Some((event, _)) => events.push(event),
             None => found.untouched.push((windows[index].body, windows[index].time)),
@@ -145,10 +149,14 @@ struct Event {
 #[derive(Clone, Copy)]
 struct Member {
     body: BodyId,
+    /// Instant of the event \[s\].
+    time: f64,
     state: State,
     window: Option<JumpWindow>,
     fit: FitBody,
     is_supported: bool,
+    /// Whether a hand makes it infinitely heavy.
+    is_led: bool,
 }
 
 impl Member {
@@ -211,7 +219,7 @@ impl<'a> Scene<'a> {
             let limits = (v_min, noise.get(index).copied().unwrap_or(0.0));
             let is_part = body.group.is_some() && parts[&body.group] > 1;
             windows.extend(if is_part {
-                windows_of_part(self.world, recorded, body, limits)
+                windows_of_part(self.world, recorded, body, limits, kinematics.start)
             } else {
                 jump_windows(body.body, kinematics, limits)
             });
@@ -259,8 +267,9 @@ impl<'a> Scene<'a> {
         // Where two impacts share a frame, the instant is uncertain by one.
         let elsewhere = WIDER.into_iter().flat_map(|factor| ELSEWHERE.map(|part| (factor, part)));
         for (factor, part) in here.into_iter().chain(elsewhere) {
-            // The instant of a body with one impact alone is exact.
-            if part != 0.0 && (best.is_some() || search == Search::Clean) {
+            // The instant of a body with one impact alone is exact, as is that of one that is released.
+            let is_exact = search == Search::Clean || windows[first].first == 0;
+            if part != 0.0 && (best.is_some() || is_exact) {
                 break;
             }
             let instant = (time + part * span).max(0.0);
@@ -340,9 +349,8 @@ impl<'a> Scene<'a> {
         if points.is_empty() {
             return None;
         }
-        let bodies = fit_bodies(&members, search);
         let contacts: Vec<FitContact> = points.iter().map(|(contact, _)| *contact).collect();
-        let fit = fit_impulses(&bodies, &contacts);
+        let fit = self.fitted(&mut members, &contacts, (search, start.span))?;
         Some((Event { time, members, points, impulses: fit.impulses, residual: fit.residual }, used))
     }
 
@@ -383,7 +391,7 @@ impl<'a> Scene<'a> {
         let Some(kinematics) = &self.kinematics[body.index()] else {
             let state = state_of_unrecorded(described, time);
             let fit = FitBody::IMMOVABLE;
-            return Some(Member { body, state, window: None, fit, is_supported: true });
+            return Some(Member { body, time, state, window: None, fit, is_supported: true, is_led: false });
         };
         let mut is_supported = false;
         let state = match window {
@@ -399,7 +407,7 @@ impl<'a> Scene<'a> {
             None => small_jumps(kinematics, time),
         };
         let fit = FitBody::moved(&kinematics.inertia, state.pose, jumps);
-        Some(Member { body, state, window, fit, is_supported })
+        Some(Member { body, time, state, window, fit, is_supported, is_led: false })
     }
 
     /// Whether a body comes near a member around an instant: a cheap test of balls around its way.
@@ -437,7 +445,8 @@ impl<'a> Scene<'a> {
 /// it is, whose jump is greater for the same impulse.
 fn fit_bodies(members: &[Member], search: Search) -> Vec<FitBody> {
     let weighted = |member: &Member| {
-        let ratio = members[0].fit.inverse_mass / member.fit.inverse_mass;
+        let first = members[0].fit.inverse_mass;
+        let ratio = if first > 0.0 { first / member.fit.inverse_mass } else { 1.0 };
         match search == Search::Clean && member.is_mixed() {
             true => member.fit.weighted(MIXED * ratio.min(1.0)),
             false => member.fit,

@@ -21,6 +21,11 @@
 //! Δₖ₊₁ = f J       + f²/2 B             + (1 − f²/2) A
 //! ```
 //!
+//! A body that is at rest in its first frame and hits before the second has no frame before it: Δ₀ is its
+//! jump at a release ([`Kinematics::release`]), and B = 0. Steady forces look alike there, and whether it has
+//! fallen is asked where the surfaces are known (`impacts/releases.rs`). Where they say f as well, Δ₀ alone
+//! says J of a body that hits again before the third frame.
+//!
 //! Impacts in frames that follow each other share a jump, and are told apart by their directions:
 //!
 //! ```text
@@ -31,7 +36,7 @@
 use clangor_core::body::BodyId;
 use glam::{DMat3, DVec3};
 
-use super::kinematics::{Jump, Kinematics};
+use super::kinematics::{Jump, Kinematics, Start};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
@@ -57,6 +62,10 @@ const UNEXPLAINED: f64 = 0.05;
 const TURNING_WEIGHT: f64 = 0.05;
 /// Determinant of a matrix of products over that of its diagonal from which directions differ.
 const SINGULAR: f64 = 1e-9;
+/// Least share from which a whole jump is told, and largest difference of the other share from it, over the
+/// jump, of a body that stays where it lands.
+const LEAST_SHARE: f64 = 0.03;
+const AGREES: f64 = 0.02;
 /// Largest ratio of the two shares of an impact.
 const LARGEST_RATIO: f64 = 30.0;
 /// The same for a jump that is small against its neighbour, whose direction is uncertain.
@@ -136,6 +145,9 @@ impl Run<'_> {
     /// direction. A support in the frames after it does not hide it, as a supported body does not move.
     fn of_release(&self, clear: f64) -> Option<JumpWindow> {
         let kinematics = self.kinematics;
+        if kinematics.start == Start::Carried {
+            return None;
+        }
         let (first, second) = (kinematics.release, *kinematics.left.get(1)?);
         let dot = |a: &Jump, b: &Jump| product(kinematics, 0, a, b);
         let squares = dot(&first, &first) * dot(&second, &second);
@@ -146,9 +158,30 @@ impl Run<'_> {
         if !is_hit || dot(&first, &second) <= SAME_DIRECTION * squares.sqrt() {
             return None;
         }
-        let whole = sum(&first, &second);
-        let part = dot(&second, &whole) / dot(&whole, &whole);
-        Some(self.shared(0, whole, part.clamp(0.0, 1.0)))
+        let shares = [first, second];
+        let support = Support { before: Jump::default(), after: Support::held(kinematics, 2, 3) };
+        Some(match kinematics.start {
+            Start::Falls(part) => self.landing(part, &shares, &support),
+            // What rests solves the shares too, with f = 0 and J = 0: the search begins at the other end.
+            _ => self.split((0, 1), shares, &support, 1.0),
+        })
+    }
+
+    /// The impact of a fall that ends after a known part of the first frame.
+    fn landing(&self, part: f64, shares: &[Jump; 2], support: &Support) -> JumpWindow {
+        let part = part.clamp(0.0, 1.0);
+        let early = 1.0 - part;
+        if early < LEAST_SHARE {
+            return self.shared(0, sum(&shares[0], &shares[1]), part);
+        }
+        let square = |jump: &Jump| product(self.kinematics, 0, jump, jump);
+        let pushes = support.pushes(part);
+        let left = [0, 1].map(|k| sum(&shares[k], &scaled(&pushes[k], -1.0)));
+        let rests = scaled(&left[0], early.recip());
+        let rest = sum(&left[1], &scaled(&rests, -part));
+        // What does not stay where it lands flies, and may hit again before the third frame.
+        let stays = square(&rest) < AGREES * AGREES * square(&rests);
+        self.shared(0, if stays { rests } else { scaled(&shares[0], early.recip()) }, part)
     }
 
     /// The first impacts of a run of frames that count, and how many of its frames they take; `before` is the
@@ -278,10 +311,21 @@ impl Run<'_> {
     fn window(&self, first: usize, last: usize) -> JumpWindow {
         let kinematics = self.kinematics;
         let late = if last > first { kinematics.left[last] } else { Jump::default() };
-        let whole = sum(&kinematics.left[first], &late);
         let support = Support::around(kinematics, first, last);
-        let dot = |a: &Jump, b: &Jump| product(kinematics, first, a, b);
-        let (mut part, mut jump) = (0.0, whole);
+        self.split((first, last), [kinematics.left[first], late], &support, 0.0)
+    }
+
+    /// The same of these shares; `part` of the frame is where its instant is sought first.
+    fn split(
+        &self,
+        (first, last): (usize, usize),
+        [early, late]: [Jump; 2],
+        support: &Support,
+        mut part: f64,
+    ) -> JumpWindow {
+        let whole = sum(&early, &late);
+        let dot = |a: &Jump, b: &Jump| product(self.kinematics, first, a, b);
+        let mut jump = whole;
         for _ in 0..PART_STEPS {
             let pushes = support.pushes(part);
             let given = if last > first { sum(&pushes[0], &pushes[1]) } else { pushes[0] };
@@ -309,12 +353,15 @@ struct Support {
 
 impl Support {
     fn around(kinematics: &Kinematics<'_>, first: usize, last: usize) -> Self {
-        let held = |k: usize, beyond: usize| {
-            let is_held = kinematics.is_held(k) && kinematics.is_held(beyond);
-            let velocity = if is_held { kinematics.jumps[k].velocity } else { DVec3::ZERO };
-            Jump { velocity, ..Jump::default() }
-        };
+        let held = |k: usize, beyond: usize| Support::held(kinematics, k, beyond);
         Support { before: held(first - 1, first.saturating_sub(2)), after: held(last + 1, last + 2) }
+    }
+
+    /// The push at a frame if it is the weight there and at the one beyond.
+    fn held(kinematics: &Kinematics<'_>, k: usize, beyond: usize) -> Jump {
+        let is_held = kinematics.is_held(k) && kinematics.is_held(beyond);
+        let velocity = if is_held { kinematics.jumps[k].velocity } else { DVec3::ZERO };
+        Jump { velocity, ..Jump::default() }
     }
 
     fn is_none(&self) -> bool {

@@ -102,6 +102,17 @@ pub(super) struct Jump {
     pub(super) span: f64,
 }
 
+/// How a recorded body begins in its first frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Start {
+    /// At rest or in motion, as its first jumps say.
+    Unknown,
+    /// Something holds it, so that it is not released.
+    Carried,
+    /// It is released at rest, and lands after this part of the frame.
+    Falls(f64),
+}
+
 /// A recorded body with its velocities and jumps.
 pub(super) struct Kinematics<'a> {
     pub(super) frames: &'a [Frame],
@@ -113,6 +124,8 @@ pub(super) struct Kinematics<'a> {
     pub(super) left: Vec<Jump>,
     /// Jump at the first frame of a body that is released at rest there.
     pub(super) release: Jump,
+    /// How it begins there.
+    pub(super) start: Start,
     /// Index of the last frame that is no repetition of the one before.
     pub(super) last_key: usize,
 }
@@ -136,7 +149,7 @@ impl<'a> Kinematics<'a> {
         let held = frames.iter().rev().zip(frames.iter().rev().skip(1)).take_while(|(b, a)| b.row == a.row);
         let last_key = frames.len().saturating_sub(1 + held.count());
         let left = jumps.clone();
-        Kinematics { frames, inertia, intervals, jumps, left, release, last_key }
+        Kinematics { frames, inertia, intervals, jumps, left, release, start: Start::Unknown, last_key }
     }
 
     /// Nothing is left of the jump at a frame.
@@ -224,7 +237,7 @@ impl<'a> Kinematics<'a> {
 
     /// Whether a steady force has cancelled gravity at the frame at which interval `index` begins.
     pub(super) fn is_supported(&self, index: usize) -> bool {
-        self.is_weight(index, SUPPORTED)
+        index == 0 && self.start == Start::Carried || self.is_weight(index, SUPPORTED)
     }
 
     /// The same more strictly, by which what rests or is carried is told from what rattles; not at the ends.

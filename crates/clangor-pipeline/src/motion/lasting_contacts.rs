@@ -9,7 +9,8 @@
 //! ```
 //!
 //! Surfaces that touch at the frame say where and along which normal, and all bodies that touch share what
-//! explains their motion best ([`lasting_fit`](super)). A body at rest passes loads on, but what a body does
+//! explains their motion best ([`lasting_fit`](super)). What a hand leads ([`led_bodies`](super)) gives
+//! what others need, and needs nothing. A body at rest passes loads on, but what a body does
 //! that has no frames at the same instants is not asked. Contacts below 4 % of a body's weight are not
 //! sought: that is four deviations of the noise that is left. Where noise moves a body by more than
 //! 2 µm, all points of a pair have the same share of its load: which of them touch is not known better.
@@ -30,6 +31,7 @@ use super::impulse_fit::{FitBody, FitContact};
 use super::kinematics::{Kinematics, State};
 use super::lasting_fit::{FitPair, SharedLoad, share_load};
 use super::lasting_jumps::{LastingJump, Push, RecordedMotion, lasting_jumps};
+use super::led_bodies::{Pushes, Reach};
 use super::recording::RecordedBody;
 use super::touch::Touch;
 use super::touching::{Clearance, Placed, lasting_touches, may_touch};
@@ -185,7 +187,7 @@ impl Search<'_> {
             let mut best: Option<(Group, SharedLoad)> = None;
             for wider in WIDER {
                 let group = self.group(*body, time, wider * span, wider);
-                let bodies: Vec<FitBody> = group.members.iter().map(|member| member.fit).collect();
+                let bodies = self.fit_bodies(&group);
                 let load = share_load(&bodies, (&group.contacts, &[]), &group.pairs);
                 let is_good = load.residual < POOR;
                 if best.as_ref().is_none_or(|(_, other)| load.residual < 0.7 * other.residual) {
@@ -266,6 +268,30 @@ impl Search<'_> {
         group.touches.extend(touches);
         let lever = ROLLING_SLACK * PairCoefficients::of(a, b).rolling_loss;
         group.pairs.push(FitPair { bodies, contacts: start..group.contacts.len(), lever });
+    }
+
+    /// The bodies of a group as they are fitted: a hand gives what is missing to those that it leads.
+    fn fit_bodies(&self, group: &Group) -> Vec<FitBody> {
+        let fit = |(place, member): (usize, &Member)| {
+            let centre = member.fit.centre;
+            let heavy = FitBody { centre, ..FitBody::IMMOVABLE };
+            if self.is_led(group, place) { heavy } else { member.fit }
+        };
+        group.members.iter().enumerate().map(fit).collect()
+    }
+
+    /// Whether something else than the bodies that a member touches leads it around this step.
+    fn is_led(&self, group: &Group, place: usize) -> bool {
+        let body = group.members[place].body;
+        let Some(kinematics) = &self.scene.kinematics[body] else { return false };
+        let Some(frame) = self.frame_of[body] else { return false };
+        let pushes = Pushes::around(kinematics, frame, frame);
+        if !pushes.are_steady() {
+            return false;
+        }
+        let own = group.contacts.iter().filter(|contact| contact.bodies.contains(&place));
+        let reaches: Vec<Reach> = own.map(|contact| Reach::of(contact, place)).collect();
+        pushes.are_led(&reaches, &reaches)
     }
 
     /// A body in this step; `None` if it does not exist then.

@@ -14,16 +14,17 @@ use clangor_core::pose::Pose;
 use glam::{DMat3, DVec3};
 
 use super::jump_windows::{JumpWindow, jump_windows};
-use super::kinematics::{Inertia, Kinematics};
+use super::kinematics::{Inertia, Kinematics, Start};
 use super::recording::{Frame, RecordedBody};
 
 /// The impacts of a part, as [`jump_windows`] has them; `recorded` has all parts, and a part that is not
-/// there at its first frame is left out.
+/// there at its first frame is left out. `start` says how the part begins.
 pub(super) fn windows_of_part(
     world: &World,
     recorded: &[RecordedBody],
     part: &RecordedBody,
     (v_min, noise): (f64, f64),
+    start: Start,
 ) -> Vec<JumpWindow> {
     let Some(first) = part.frames.first() else { return Vec::new() };
     let whole = Whole::of(world, recorded, part, first);
@@ -35,7 +36,8 @@ pub(super) fn windows_of_part(
             Frame { pose: Pose { position, ..frame.pose }, ..*frame }
         })
         .collect();
-    let kinematics = Kinematics::new(&frames, Inertia::new(whole.mass, whole.inertia, world.gravity));
+    let mut kinematics = Kinematics::new(&frames, Inertia::new(whole.mass, whole.inertia, world.gravity));
+    kinematics.start = start;
     let own = world.bodies[part.body.index()].inertia;
     let mut windows = jump_windows(part.body, &kinematics, (v_min, noise));
     for window in &mut windows {

@@ -9,8 +9,10 @@ mod imported_motion;
 #[path = "../parquet_columns/mod.rs"]
 mod parquet_columns;
 
+mod first_and_last_frames;
 mod ground_render;
 mod held_bodies;
+mod led_bodies;
 mod listed_flights;
 mod motion_impacts;
 mod piles;

@@ -103,7 +103,8 @@ fn analytic_a_ball_released_at_rest_lands_before_its_second_frame() {
     let ball = Body::sphere("ball", presets::STEEL.material(), 0.01);
     for rate in [24.0, 60.0, 120.0] {
         let instant = 0.8 / rate;
-        let (before, after) = (GRAVITY * instant, DVec3::new(0.02, 1.5, 0.0));
+        // No floor throws a body back faster than it came.
+        let (before, after) = (GRAVITY * instant, DVec3::new(0.02, 0.7 * 9.81 * instant, 0.0));
         let flights = [before, after].map(|velocity| Flight {
             from: instant,
             pose: Pose::at(DVec3::Y * 0.01),

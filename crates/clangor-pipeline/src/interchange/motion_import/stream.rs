@@ -51,7 +51,8 @@ pub(super) fn import_stream(
     remarks.extend(unrecorded(&world, &recorded));
     let falls = fall_remarks(&world, files, (&checks, &vec![path; checks.len()]), None);
     let mut warnings = falls.warnings;
-    let (mut step, mut latest, mut has_effective_mass) = (None, latest, false);
+    // Whether a hand leads a body in some impact is known at the end.
+    let (mut step, mut latest, mut has_effective_mass) = (None, latest, true);
     let contacts = if files.contacts.is_empty() {
         let log = lasting_log(loaded, files, &checks);
         remarks.extend(log.remark.map(String::from));

@@ -69,9 +69,10 @@ impl Scene<'_> {
         for (place, member) in event.members.iter().enumerate() {
             let Some(kinematics) = &mut self.kinematics[member.body.index()] else { continue };
             let (impulse, moment) = event.given_to(place);
-            match member.window.filter(|window| window.is_clean) {
-                // What the fit leaves of it is no other impact.
+            match member.window.filter(|window| window.is_clean || member.is_led) {
+                // What the fit leaves of it is no other impact, or what a hand gives.
                 Some(window) => (window.first..=window.last).for_each(|frame| kinematics.clear(frame)),
+                None if member.is_led => {}
                 None => kinematics.explain(event.time, (impulse / kinematics.inertia.mass, moment)),
             }
         }

@@ -6,7 +6,7 @@ use clangor_core::material::PairCoefficients;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use glam::DVec3;
 
-use super::super::impulse_fit::FitBody;
+use super::led_members::mass_beside_led;
 use super::{Event, Member, MotionImpacts, Scene};
 
 /// Smallest share of the largest impulse of a pair that is a row.
@@ -82,7 +82,7 @@ impl Event {
                     velocity: relative,
                     depth: -gap,
                     impact_id,
-                    effective_mass: None,
+                    effective_mass: if is_impact { mass_beside_led([&a, &b], point, normal) } else { None },
                 }
             }));
         }
@@ -143,12 +143,8 @@ impl Scene<'_> {
     /// Approach speed of two bodies that an impulse drives apart with the restitution of their materials
     /// [m/s].
     fn approach_of(&self, push: &Push, pair: [&Member; 2]) -> f64 {
-        let inverse_mass = |member: &Member| {
-            let FitBody { inverse_mass, inverse_inertia, centre, .. } = member.fit;
-            let turning = (push.point - centre).cross(push.normal);
-            if inverse_mass > 0.0 { inverse_mass + turning.dot(inverse_inertia * turning) } else { 0.0 }
-        };
-        let change = push.normal_impulse() * (inverse_mass(pair[0]) + inverse_mass(pair[1]));
+        let inverse = |member: &Member| member.inverse_mass_along(push.point, push.normal);
+        let change = push.normal_impulse() * pair.map(inverse).iter().sum::<f64>();
         let [a, b] = pair.map(|member| &self.world.bodies[member.body.index()].material);
         change / (1.0 + PairCoefficients::of(a, b).restitution.at(change))
     }

@@ -190,7 +190,7 @@ impl Event {
     }
 
     /// Δv and Δω of a member by all impulses.
-    fn change_of(&self, place: usize) -> (DVec3, DVec3) {
+    pub(super) fn change_of(&self, place: usize) -> (DVec3, DVec3) {
         let body = &self.members[place].fit;
         let (impulse, moment) = self.given_to(place);
         (impulse * body.inverse_mass, body.inverse_inertia * moment)

@@ -15,6 +15,7 @@ mod event_rows;
 mod flat_impacts;
 mod last_keys;
 mod led_members;
+mod meetings;
 mod releases;
 mod rolling;
 
@@ -27,6 +28,7 @@ use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactRow, PoseRow};
 use glam::DVec3;
 
+use self::meetings::{Meeting, hear};
 use super::impulse_fit::{FitBody, FitContact};
 use super::jump_windows::{JumpWindow, jump_windows};
 use super::kinematics::{Inertia, Kinematics, State};
@@ -104,9 +106,14 @@ pub(super) fn find_impacts_in_noise(
     events.sort_by(|a, b| a.time.total_cmp(&b.time));
     let mut next_id = 1;
     let rolling = scene.rolling_pairs(&events);
-    for (index, event) in events.iter().enumerate() {
-        let rolls = |pair: [usize; 2]| rolling.contains(&(index, pair));
-        event.write(&scene, (v_min, &rolls), &mut next_id, &mut found);
+    let mut meetings: Vec<Vec<Meeting>> = events
+        .iter()
+        .enumerate()
+        .map(|(index, event)| event.meetings(&scene, v_min, |pair| rolling.contains(&(index, pair))))
+        .collect();
+    hear(&events, &mut meetings);
+    for (event, meetings) in events.iter().zip(meetings) {
+        event.write(meetings, &mut next_id, &mut found);
     }
     scene.drop_jumps_of_parts(&windows, &mut found);
     found.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));

@@ -10,7 +10,7 @@ use clangor_core::body::{Body, BodyId, MeshSurface, Surface, World};
 use clangor_core::material::presets;
 use clangor_core::pose::Pose;
 use clangor_core::shape::Shape;
-use clangor_core::timeline::{ContactKind, ContactRow};
+use clangor_core::timeline::ContactKind;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::motion::impacts::find_impacts;
 use clangor_pipeline::motion::recording::{Frame, RecordedBody};
@@ -37,8 +37,8 @@ fn pyramid(longest: usize) -> Vec<DVec3> {
 }
 
 /// The impacts of boxes that fall from rest and stay where they land at an instant \[s\]: what the ground
-/// gives, over the momentum of all, and the impacts between boxes.
-fn landing(places: &[DVec3], instant: f64) -> (f64, Vec<ContactRow>) {
+/// gives, over the momentum of all, and what each box is given by all that it touches, over its own.
+fn landing(places: &[DVec3], instant: f64) -> (f64, Vec<f64>) {
     let mesh = Shape::parse(&format!("box:{EDGE}x{EDGE}x{EDGE}")).unwrap().mesh();
     let (surface, mass) = MeshSurface::try_new(mesh, Vec::new()).unwrap();
     let surface = Arc::new(Surface::Mesh(surface));
@@ -55,15 +55,18 @@ fn landing(places: &[DVec3], instant: f64) -> (f64, Vec<ContactRow>) {
         RecordedBody { body: BodyId(k as u32), frames: (0..144).map(frame).collect(), group: None }
     };
     let recorded: Vec<RecordedBody> = places.iter().enumerate().map(recorded).collect();
-    let due = bodies[0].mass * G * instant * places.len() as f64;
+    let due = bodies[0].mass * G * instant;
     let floor = BodyId(places.len() as u32);
     let world = World { bodies, links: Vec::new(), gravity: DVec3::NEG_Y * G };
-    let rows = find_impacts(&world, &recorded, 0.05).contacts;
-    let (ground, between): (Vec<ContactRow>, Vec<ContactRow>) = rows
-        .into_iter()
-        .filter(|row| row.kind == ContactKind::Impact)
-        .partition(|row| row.body_a == floor || row.body_b == floor);
-    (ground.iter().map(|row| row.impulse().y.abs()).sum::<f64>() / due, between)
+    let mut given = vec![0.0; places.len() + 1];
+    for row in find_impacts(&world, &recorded, 0.05).contacts {
+        if row.kind == ContactKind::Impact {
+            given[row.body_a.index()] += row.impulse().y / due;
+            given[row.body_b.index()] -= row.impulse().y / due;
+        }
+    }
+    let of_ground = -given.swap_remove(floor.index()) / places.len() as f64;
+    (of_ground, given)
 }
 
 #[test]
@@ -82,14 +85,15 @@ fn analytic_boxes_that_land_together_have_their_momentum_from_the_ground() {
         // On a frame and between two.
         for instant in [0.2, 0.2013] {
             let start = std::time::Instant::now();
-            let (given, between) = landing(&places, instant);
-            println!("{name}, {instant} s: {given:.6}, {} between, {:.2?}", between.len(), start.elapsed());
-            if !((given - 1.0).abs() < 0.01 && between.is_empty()) {
-                wrong.push(format!("{name}, {instant} s: {given}, {} between", between.len()));
+            let (given, of_boxes) = landing(&places, instant);
+            let worst = of_boxes.iter().map(|of| (of - 1.0).abs()).fold(0.0, f64::max);
+            println!("{name}, {instant} s: {given:.6}, worst box {worst:.1e}, {:.2?}", start.elapsed());
+            if !((given - 1.0).abs() < 0.01 && worst < 0.05) {
+                wrong.push(format!("{name}, {instant} s: {given}, {worst}"));
             }
         }
     }
-    // Seen: 0.5 % for the stack of 20, 0.3 % for the others.
+    // Seen: 0.6 % from the ground, and 4.4 % of a box in the wall of a hundred.
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 

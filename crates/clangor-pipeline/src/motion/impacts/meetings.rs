@@ -1,0 +1,214 @@
+//! What the pairs of an event do to each other: which of them hit, and which pass an impact on.
+//!
+//! A pair hits if it approaches at the threshold of sound and has a part of the impulse of such an impact. The
+//! surfaces of a pile, or the balls of a cradle, touch when an impact meets one of them: they do not approach,
+//! but in the time of the impact each is driven against the next one. Such a pair passes on an impulse J, as in
+//! an impact at
+//!
+//! ```text
+//! v = J / m (1 + e)        m: effective mass at the centre of the pushes of the pair
+//! ```
+//!
+//! if v is above the threshold, its surfaces rest on each other before, and a hit reaches it through pairs that pass
+//! it on within a frame. Steady loads are no part of J: what holds a body before or after its impact is taken from
+//! its jump.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use clangor_core::body::BodyId;
+use clangor_core::material::PairCoefficients;
+use glam::DVec3;
+
+use super::{Event, Member, Scene};
+
+/// Smallest share of the largest impulse of a pair that is a row.
+const SMALLEST_SHARE: f64 = 1e-4;
+/// Least impulse of an impact, over that of one at the threshold of sound.
+const GIVEN: f64 = 0.5;
+/// Distance of points that are one contact, as a share of the smaller body.
+const MERGED: f64 = 0.075;
+/// Largest relative velocity of surfaces that rest on each other [m/s], and its part that gravity gives in a
+/// frame. What slides, turns or parts passes nothing on: what a fit says of it is uncertain.
+const RESTS: (f64, f64) = (0.006, 0.3);
+/// Frames between events of which one passes on what the other one gives.
+const AT_ONCE: f64 = 1.01;
+
+/// What two bodies of an event do to each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Met {
+    /// They meet fast and hard enough for an impact.
+    Hit,
+    /// They pass on an impact.
+    PassOn,
+    /// Neither.
+    Press,
+}
+
+/// A pair of bodies of an event, by their places in it, and what pushes them apart.
+pub(super) struct Meeting {
+    pub(super) pair: [usize; 2],
+    pub(super) pushes: Vec<Push>,
+    pub(super) met: Met,
+    /// Speed of an impact with all its pushes [m/s].
+    pub(super) speed: f64,
+}
+
+/// Pairs that would pass on an impact press only where none reaches them. `meetings` are those of each event.
+pub(super) fn hear(events: &[Event], meetings: &mut [Vec<Meeting>]) {
+    let all = meetings.iter().enumerate().flat_map(|(event, of)| (0..of.len()).map(move |k| (event, k)));
+    let all: Vec<(usize, usize)> = all.collect();
+    // The moving bodies of a pair, and the pairs of each.
+    let moving = |(event, k): (usize, usize)| {
+        let members = meetings[event][k].pair.map(|place| &events[event].members[place]);
+        members.into_iter().filter(|member| member.fit.inverse_mass > 0.0).map(|member| member.body)
+    };
+    let mut of_body: BTreeMap<BodyId, Vec<(usize, usize)>> = BTreeMap::new();
+    for of in &all {
+        moving(*of).for_each(|body| of_body.entry(body).or_default().push(*of));
+    }
+    // From pair to pair, beginning with those that hit.
+    let met = |(event, k): (usize, usize)| meetings[event][k].met;
+    let mut next: Vec<(usize, usize)> = all.iter().copied().filter(|of| met(*of) == Met::Hit).collect();
+    let mut heard: BTreeSet<(usize, usize)> = next.iter().copied().collect();
+    while let Some(one) = next.pop() {
+        let reach = events[one.0].reach();
+        for other in moving(one).flat_map(|body| &of_body[&body]).copied() {
+            let is_near = (events[other.0].time - events[one.0].time).abs() <= reach;
+            if is_near && met(other) == Met::PassOn && heard.insert(other) {
+                next.push(other);
+            }
+        }
+    }
+    for (event, k) in all.into_iter().filter(|of| !heard.contains(of)) {
+        meetings[event][k].met = Met::Press;
+    }
+}
+
+impl Event {
+    /// The pairs that push each other; those that roll do not hit.
+    pub(super) fn meetings(
+        &self,
+        scene: &Scene<'_>,
+        v_min: f64,
+        rolls: impl Fn([usize; 2]) -> bool,
+    ) -> Vec<Meeting> {
+        let mut pairs: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
+        for (index, (contact, _)) in self.points.iter().enumerate() {
+            pairs.entry(contact.bodies).or_default().push(index);
+        }
+        let meeting = |(pair, points)| {
+            let found = self.meeting(scene, v_min, (pair, points))?;
+            Some(if rolls(pair) { Meeting { met: Met::Press, ..found } } else { found })
+        };
+        pairs.into_iter().filter_map(meeting).collect()
+    }
+
+    fn meeting(&self, scene: &Scene<'_>, v_min: f64, of: ([usize; 2], Vec<usize>)) -> Option<Meeting> {
+        let (pair, points) = of;
+        let [a, b] = pair.map(|place| self.members[place]);
+        let normal_impulse = |index: usize| self.impulses[index].dot(self.points[index].0.normal);
+        let largest = points.iter().map(|index| normal_impulse(*index)).fold(0.0, f64::max);
+        let pushing: Vec<usize> =
+            points.into_iter().filter(|index| normal_impulse(*index) > SMALLEST_SHARE * largest).collect();
+        let sizes = pair.map(|place| scene.surfaces[self.members[place].body.index()].radius);
+        let mut pushes = self.merged(&pushing, MERGED * sizes[0].min(sizes[1]));
+        let strongest = pushes.iter_mut().max_by(|a, b| a.normal_impulse().total_cmp(&b.normal_impulse()))?;
+        let velocity = |point: DVec3| a.state.velocity_at(point) - b.state.velocity_at(point);
+        let approach = |push: &Push| -velocity(push.point).dot(push.normal);
+        // The velocity of a supported body is uncertain by what gravity adds in a frame.
+        let fall = scene.world.gravity.length() * a.window.or(b.window).map_or(0.0, |window| window.span);
+        let least = if a.is_supported && b.is_supported { v_min + fall } else { v_min };
+        // At a wrong instant the place of a turning body may recede: its impulse says how fast it met.
+        let needed = scene.approach_of(strongest, [&a, &b]);
+        let uncertain = scene.uncertain_speed(&a).max(scene.uncertain_speed(&b));
+        let (is_near, strength) = (approach(strongest) + uncertain >= least, strongest.normal_impulse());
+        let is_fast = |pushes: &[Push]| pushes.iter().map(approach).fold(0.0, f64::max) >= least;
+        let is_missed = needed >= least && is_near;
+        if is_missed && !is_fast(&pushes) {
+            let strongest = pushes.iter_mut().find(|push| push.normal_impulse() == strength)?;
+            strongest.approach = Some(needed);
+        }
+        // Far less than an impact at the threshold gives is what the fit of another impact leaves.
+        let given = needed * pushes.iter().map(Push::normal_impulse).sum::<f64>() / strength;
+        let hits = (is_missed || is_fast(&pushes)) && given >= GIVEN * v_min;
+        let whole = *self.merged(&pushing, f64::INFINITY).first()?;
+        let speed = scene.approach_of(&whole, [&a, &b]);
+        let rests = velocity(whole.point).length() <= RESTS.0 + RESTS.1 * fall;
+        let met = match speed >= least && rests {
+            _ if hits => Met::Hit,
+            true => Met::PassOn,
+            false => Met::Press,
+        };
+        Some(Meeting { pair, pushes, met, speed })
+    }
+
+    /// How far from it in time an impact may be passed on \[s\].
+    fn reach(&self) -> f64 {
+        let spans = self.members.iter().filter_map(|member| member.window).map(|window| window.span);
+        AT_ONCE * spans.fold(0.0, f64::max)
+    }
+
+    /// Points that push, those within `near` \[m\] of a stronger one joined with it: samples of one contact.
+    fn merged(&self, pushing: &[usize], near: f64) -> Vec<Push> {
+        let mut order = pushing.to_vec();
+        order.sort_by(|a, b| self.impulses[*b].length().total_cmp(&self.impulses[*a].length()));
+        let mut groups: Vec<(DVec3, Vec<usize>)> = Vec::new();
+        for index in order {
+            let point = self.points[index].0.point;
+            match groups.iter_mut().find(|(centre, _)| centre.distance(point) < near) {
+                Some((_, group)) => group.push(index),
+                None => groups.push((point, vec![index])),
+            }
+        }
+        let push = |(_, group): (DVec3, Vec<usize>)| {
+            let weight = |index: usize| self.impulses[index].dot(self.points[index].0.normal);
+            let total: f64 = group.iter().map(|index| weight(*index)).sum();
+            let mean = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
+                group.iter().map(|index| of(*index) * (weight(*index) / total)).sum()
+            };
+            Push {
+                point: mean(&|index| self.points[index].0.point),
+                normal: mean(&|index| self.points[index].0.normal).normalize(),
+                impulse: group.iter().map(|index| self.impulses[*index]).sum(),
+                gap: self.points[group[0]].1.gap,
+                approach: None,
+            }
+        };
+        groups.into_iter().map(push).collect()
+    }
+}
+
+impl Scene<'_> {
+    /// Approach speed of two bodies that an impulse drives apart with the restitution of their materials
+    /// [m/s].
+    fn approach_of(&self, push: &Push, pair: [&Member; 2]) -> f64 {
+        let inverse = |member: &Member| member.inverse_mass_along(push.point, push.normal);
+        let change = push.normal_impulse() * pair.map(inverse).iter().sum::<f64>();
+        let [a, b] = pair.map(|member| &self.world.bodies[member.body.index()].material);
+        change / (1.0 + PairCoefficients::of(a, b).restitution.at(change))
+    }
+
+    /// What the velocity of a place of a turning body changes by in a frame, h ω² R [m/s].
+    fn uncertain_speed(&self, member: &Member) -> f64 {
+        let Some(window) = member.window else { return 0.0 };
+        let radius = self.surfaces[member.body.index()].radius;
+        window.span * member.state.angular_velocity.length_squared() * radius
+    }
+}
+
+/// The impulse of one contact.
+#[derive(Clone, Copy)]
+pub(super) struct Push {
+    pub(super) point: DVec3,
+    pub(super) normal: DVec3,
+    pub(super) impulse: DVec3,
+    pub(super) gap: f64,
+    /// Approach speed that it needs, where the states do not say it [m/s].
+    pub(super) approach: Option<f64>,
+}
+
+impl Push {
+    fn normal_impulse(&self) -> f64 {
+        self.impulse.dot(self.normal)
+    }
+}

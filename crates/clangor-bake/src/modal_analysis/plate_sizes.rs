@@ -5,11 +5,12 @@
 //! of the elements at the corner, whatever their degree. Sizes grow linearly away from the corner,
 //!
 //! ```text
-//! h(x) = min(e, f s + g |x − c|)
+//! h(x) = min(e, q min(m s, e₀) + g |x − c|),    q = (e/e₀)²
 //! ```
 //!
-//! with the size e far from corners and s ≤ e, the shorter side at the corner or the distance to other sides. Where f falls
-//! with the square of e, all errors are at least of order two in e.
+//! with the size e far from corners, e₀ that of the coarsest mesh, and s the shorter side at the corner
+//! or the distance to other sides. So all errors are at least of order two in e, and every finer mesh is finer
+//! at every corner: two meshes that are alike there show no error.
 
 use glam::DVec2;
 
@@ -21,6 +22,17 @@ const GROWTH: f64 = 0.7;
 const SHARP: f64 = 0.35;
 /// Samples of the size along a side.
 const SAMPLES: usize = 192;
+
+/// Sizes at the inner corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct CornerSizes {
+    /// m, of the coarsest mesh.
+    pub(super) of_sides: f64,
+    /// e₀ \[m\].
+    pub(super) coarsest: f64,
+    /// q, 1 for the coarsest mesh.
+    pub(super) part: f64,
+}
 
 /// Sizes of the elements of a plate.
 pub(super) struct PlateSizes {
@@ -39,8 +51,8 @@ struct InnerCorner {
 }
 
 impl PlateSizes {
-    /// With sides of `edge` \[m\] far from corners, and of this fraction of s at inner corners.
-    pub(super) fn new(plate: &FlatPlate, edge: f64, fraction: f64) -> Self {
+    /// With sides of `edge` \[m\] far from corners.
+    pub(super) fn new(plate: &FlatPlate, edge: f64, at: CornerSizes) -> Self {
         let outline = &plate.outline;
         let count = outline.len();
         let inner = |k: usize| {
@@ -49,7 +61,7 @@ impl PlateSizes {
             let across = (k + 1..k + count - 1)
                 .map(|other| distance(place, [other, other + 1].map(|k| outline[k % count])));
             let side = across.fold(u.length().min(v.length()), f64::min);
-            let size = fraction * side.min(edge);
+            let size = at.part * (at.of_sides * side).min(at.coarsest);
             let most = (size + 0.5 * GROWTH * side).min(edge);
             (u.angle_to(v) < -SHARP && size < edge).then_some(InnerCorner { place, size, most })
         };
@@ -120,8 +132,9 @@ mod tests {
     #[test]
     fn sides_shrink_towards_an_inner_corner() {
         let plate = angle();
-        let at_corner = |fraction: f64| {
-            let sizes = PlateSizes::new(&plate, 0.015, fraction);
+        let at_corner = |part: f64| {
+            let at = CornerSizes { of_sides: 1.0, coarsest: 0.015, part };
+            let sizes = PlateSizes::new(&plate, 0.015, at);
             let divided = sizes.divided(&plate.outline);
             let corner =
                 divided.iter().position(|p| p.distance(plate.outline[3]) < 1e-9).expect("the corner");
@@ -139,11 +152,26 @@ mod tests {
         assert!((ratio / 4.0 - 1.0).abs() < 0.15, "{ratio}");
     }
 
+    /// Two meshes alike at a corner would show no error, however short the sides there are.
+    #[test]
+    fn a_finer_mesh_is_finer_at_every_inner_corner() {
+        let plate = angle();
+        let corner = plate.outline[3];
+        let coarse = CornerSizes { of_sides: 4.0, coarsest: 0.015, part: 1.0 };
+        let [first, second] = [1.0, 1.5_f64].map(|ratio| {
+            let at = CornerSizes { part: (ratio * ratio).recip(), ..coarse };
+            PlateSizes::new(&plate, 0.015 / ratio, at).at(corner)
+        });
+        // Residual seen: 2e-16.
+        assert!((first / second / 2.25 - 1.0).abs() < 1e-12, "{first} {second}");
+    }
+
     #[test]
     fn an_outline_without_inner_corners_is_divided_evenly() {
         let mut plate = angle();
         plate.outline = [[0.0, 0.0], [0.1, 0.0], [0.1, 0.05], [0.0, 0.05]].map(DVec2::from_array).to_vec();
-        let divided = PlateSizes::new(&plate, 0.03, 0.1).divided(&plate.outline);
+        let at = CornerSizes { of_sides: 1.0, coarsest: 0.03, part: 0.1 };
+        let divided = PlateSizes::new(&plate, 0.03, at).divided(&plate.outline);
         assert_eq!(divided.len(), 12);
         // Residual seen: 1e-17 m.
         assert!(divided[1].distance(DVec2::new(0.025, 0.0)) < 1e-12, "{}", divided[1]);

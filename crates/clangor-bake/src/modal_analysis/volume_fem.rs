@@ -15,7 +15,7 @@ use glam::DVec3;
 use super::mirror_parities::{MirrorParities, PartNodes};
 use super::mirrored_box::MirroredBox;
 use super::plate_mesh::plate_mesh;
-use super::plate_sizes::PlateSizes;
+use super::plate_sizes::{CornerSizes, PlateSizes};
 use super::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::across_walls::Unknowns;
 use crate::fem::bricks::box_of_bricks;
@@ -39,9 +39,9 @@ const ICOSAHEDRON_FACES: f64 = 20.0;
 /// Nodes per tetrahedron far from the surface; near it there are more.
 const NODES_PER_TETRAHEDRON: f64 = 4.0 / 3.0;
 
-/// Sides of the coarse mesh of a plate at its inner corners, over the lengths of the outline there: the
+/// Most sides of the coarse mesh of a plate at its inner corners, over the lengths of the outline there: the
 /// first that needs at most a part of all nodes.
-const AT_CORNERS: [f64; 4] = [0.25, 1.0, 4.0, 16.0];
+const AT_CORNERS: [f64; 3] = [4.0, 16.0, 64.0];
 const COARSE_PART: f64 = 0.15;
 
 /// Nodes of a level per triangle of a plate.
@@ -79,8 +79,8 @@ pub(super) struct Filled {
     edge: f64,
     /// Elements along each direction of a structured grid.
     cells: [usize; 3],
-    /// Sides at the inner corners of a plate, over the lengths of the outline there.
-    at_corners: f64,
+    /// Sizes at the inner corners of a plate.
+    at_corners: CornerSizes,
     /// The solved part of a box.
     part: Option<TetMesh>,
     /// The elements of a plate.
@@ -146,7 +146,7 @@ impl<'a> VolumeFem<'a> {
     }
 
     /// Elements and nodes of a mesh before it is made: exact for a box, an upper estimate for others.
-    fn expected(&self, cells: [usize; 3], edge: f64, at_corners: f64) -> [f64; 2] {
+    fn expected(&self, cells: [usize; 3], edge: f64, at_corners: CornerSizes) -> [f64; 2] {
         let cells = cells.map(|n| n as f64);
         match &self.form {
             Filling::Ellipsoid(_) => {
@@ -170,7 +170,7 @@ impl<'a> VolumeFem<'a> {
         &self,
         cells: [usize; 3],
         edge: f64,
-        at_corners: f64,
+        at_corners: CornerSizes,
     ) -> Result<Filled, ModalAnalysisError> {
         let broken = StuffingError::from;
         let cells = self.aligned(cells);
@@ -254,16 +254,19 @@ impl RefinableDiscretization for VolumeFem<'_> {
         let wave = shortest_wave(self.constants, self.wall, limit);
         let edge = self.first_ratio() * (wave / elements).min(self.size / LEAST_ELEMENTS);
         let count = |length: f64| (length / edge).ceil().max(1.0) as usize;
+        let even = CornerSizes { of_sides: 1.0, coarsest: edge, part: 1.0 };
         match &self.form {
-            Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge, 1.0),
-            Filling::Block(edges) => self.with_cells(box_cells(*edges, edge), edge, 1.0),
+            Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge, even),
+            Filling::Block(edges) => self.with_cells(box_cells(*edges, edge), edge, even),
             Filling::Plate(plate) => {
-                // Finer meshes must be finer across arms too, at whose edges torsion varies over the thickness.
+                // Finer across arms too, at whose edges torsion varies over the thickness.
                 let edge = edge.min(0.5 * plate.mean_width());
-                let [first @ .., last] = AT_CORNERS;
+                let [first @ .., last] = &AT_CORNERS;
                 let part = COARSE_PART * self.most_nodes as f64;
-                let fits = |size: &f64| self.expected([0; 3], edge, *size)[1] <= part;
-                self.with_cells([0; 3], edge, first.into_iter().find(fits).unwrap_or(last))
+                let at =
+                    |of_sides: &f64| CornerSizes { of_sides: *of_sides, coarsest: 2.0 * edge, part: 1.0 };
+                let fits = |of_sides: &&f64| self.expected([0; 3], edge, at(of_sides))[1] <= part;
+                self.with_cells([0; 3], edge, at(first.iter().find(fits).unwrap_or(last)))
             }
         }
     }
@@ -282,7 +285,8 @@ impl RefinableDiscretization for VolumeFem<'_> {
             }
             _ => than.cells.map(|n| (n as f64 * ratio - 1e-9).ceil() as usize),
         };
-        self.with_cells(cells, edge, than.at_corners / (ratio * ratio))
+        let at = than.at_corners;
+        self.with_cells(cells, edge, CornerSizes { part: at.part / (ratio * ratio), ..at })
     }
 
     fn size(&self, mesh: &Filled) -> (usize, f64) {

@@ -117,13 +117,15 @@ fn an_inner_corner_of_a_plate_in_cells_is_as_far_off_as_stated() {
         let options = ModalAnalysisOptions { accuracy, ..ModalAnalysisOptions::to(3000.0) };
         modal_analysis_by(choice, &steel, &options, &mut |_| ControlFlow::Continue(())).expect("modes")
     };
-    let plate = BakeGeometry::of_mesh(&mesh).modal_choice().expect("a solid");
+    let geometry = BakeGeometry::of_mesh(&mesh);
+    let plate = geometry.modal_choice().expect("a solid");
     assert!(matches!(plate, ModalChoice::Prisms(_)));
     let (cells, plate) = (by(ModalChoice::Cells(Cow::Borrowed(&mesh)), 0.01), by(plate, 2e-3));
     assert_eq!(cells.modes.len(), plate.modes.len());
     for (a, b) in cells.modes.iter().zip(&plate.modes) {
         let (off, said) = (a.frequency / b.frequency - 1.0, a.mesh_error);
         println!("{:.1} Hz: {off:.1e}, stated {said:.1e}", b.frequency);
+        // Seen: up to 6.9e-3, stated 7.3e-3; 5.5 %, stated as 0.33 %, where all gain as much by order 4.
         assert!(off < 1.5 * said && off < 0.01, "{:.1} Hz: {off:.1e}, stated {said:.1e}", b.frequency);
     }
 }

@@ -37,7 +37,7 @@ use crate::fdtd::WaveDevice;
 use crate::fem::ElasticConstants;
 use crate::fem::finite_cells::expected;
 use crate::geometry_class::bake_geometry::BakeGeometry;
-use crate::geometry_class::inner_creases::is_creased;
+use crate::geometry_class::inner_creases::has_inner_edges;
 use crate::geometry_class::solver_choice::ModalChoice;
 use crate::mesh::remesh::resolution::{COARSEST, MANY, WAVE_ERROR, WAVE_SHARE};
 use crate::modal::ModalBakeOptions;
@@ -245,7 +245,7 @@ pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &
             5.0 * (3.0 * (NODES_PER_CUBE * volume / edge.powi(3)).min(most)).powi(2)
         }
         Ok(ModalChoice::Cells(surface)) => {
-            let more = if is_creased(&surface) { halved_cells(options.mesh_error) } else { 1.0 };
+            let more = if has_inner_edges(&surface) { halved_cells(options.mesh_error) } else { 1.0 };
             let unknowns = (more * unknowns).min(3.0 * most);
             1.5e4 * unknowns.powf(1.5) + PER_TRIANGLE * surface.triangles.len() as f64
         }

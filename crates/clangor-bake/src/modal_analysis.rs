@@ -19,6 +19,7 @@ mod mirror_parities;
 mod mirrored_box;
 pub mod modal_density;
 mod plate_mesh;
+mod plate_sizes;
 mod supported;
 mod volume_fem;
 

@@ -167,7 +167,7 @@ impl FiniteCells {
     }
 
     /// Edge of its smallest cells \[m\].
-    fn smallest_edge(&self) -> f64 {
+    pub(crate) fn smallest_edge(&self) -> f64 {
         self.levels.iter().map(|level| level.grid.edge).fold(f64::INFINITY, f64::min)
     }
 
@@ -202,6 +202,14 @@ impl FiniteCells {
         let part = cell.parts[wall].or_else(|| cell.parts.iter().flatten().next().copied()).unwrap_or(0);
         let element = &self.elements[level.first + part];
         (&element.nodes, element.gathered(self.basis.at_point(inside)))
+    }
+
+    /// The place of the cell with a point.
+    pub(crate) fn place_of(&self, at: DVec3) -> Option<LevelPlace> {
+        self.levels.iter().enumerate().find_map(|(number, level)| {
+            let place = level.grid.place(level.grid.units(at))?;
+            level.body.cell(place).map(|_| (number, place))
+        })
     }
 
     /// The cell with a point.

@@ -82,6 +82,12 @@ impl FlatPlate {
         0.5 * self.outline.iter().enumerate().map(|(k, p)| p.perp_dot(next(k))).sum::<f64>()
     }
 
+    /// Area over half the perimeter \[m\]: the width of a long strip, the radius of a disc.
+    pub fn mean_width(&self) -> f64 {
+        let sides = self.outline.iter().zip(self.outline.iter().cycle().skip(1));
+        2.0 * self.area() / sides.map(|(p, q)| p.distance(*q)).sum::<f64>()
+    }
+
     /// Largest distance between two corners \[m\].
     pub fn longest(&self) -> f64 {
         let from = |p: &DVec2| self.outline.iter().map(|q| p.distance(*q)).fold(0.0, f64::max);

@@ -50,9 +50,12 @@ impl Walls {
     }
 }
 
-/// Whether the walls of a body meet at sharp inner edges.
-pub(crate) fn is_creased(mesh: &TriMesh) -> bool {
-    inner_edges(mesh).next().is_some() && Walls::of(mesh).creased
+/// Whether a body has sharp inner edges that its modes depend on.
+pub(crate) fn has_inner_edges(mesh: &TriMesh) -> bool {
+    inner_edges(mesh).next().is_some() && {
+        let walls = Walls::of(mesh);
+        walls.creased || !singular_edges(mesh, &walls).is_empty()
+    }
 }
 
 /// The triangles at both sides of every sharp inner edge, and its ends in the direction of the first.
@@ -73,8 +76,51 @@ fn inner_edges(mesh: &TriMesh) -> impl Iterator<Item = ([usize; 2], [DVec3; 2])>
     })
 }
 
+/// Ends of the sharp inner edges at which stress is singular: all but those between faces that are short
+/// against the walls, and, where walls meet, those along which they do, which are long.
+pub(crate) fn singular_edges(mesh: &TriMesh, walls: &Walls) -> Vec<[DVec3; 2]> {
+    if inner_edges(mesh).next().is_none() {
+        return Vec::new();
+    }
+    let edges = edges_of_walls(mesh, &SurfaceTree::new(mesh), COMPACT_WALL * walls.thickness);
+    match (walls.creased, walls.thin) {
+        (false, _) => edges,
+        (true, true) => short_chains(&edges, CREASED * walls.thickness),
+        // All edges of such a body count as those where walls meet.
+        (true, false) => Vec::new(),
+    }
+}
+
+/// The edges that hang together with others up to less than a length \[m\].
+fn short_chains(edges: &[[DVec3; 2]], length: f64) -> Vec<[DVec3; 2]> {
+    let mut chains: Vec<usize> = (0..edges.len()).collect();
+    let root = |chains: &[usize], mut edge: usize| {
+        while chains[edge] != edge {
+            edge = chains[edge];
+        }
+        edge
+    };
+    let mut at: HashMap<[u64; 3], usize> = HashMap::with_capacity(2 * edges.len());
+    for (edge, ends) in edges.iter().enumerate() {
+        for end in ends {
+            let other = *at.entry(end.to_array().map(f64::to_bits)).or_insert(edge);
+            let (a, b) = (root(&chains, edge), root(&chains, other));
+            chains[a] = b;
+        }
+    }
+    let mut lengths = vec![0.0; edges.len()];
+    edges.iter().enumerate().for_each(|(k, [a, b])| lengths[root(&chains, k)] += a.distance(*b));
+    let short = |k: &usize| lengths[root(&chains, *k)] < length;
+    (0..edges.len()).filter(short).map(|k| edges[k]).collect()
+}
+
 /// Length of all sharp inner edges between walls that go on for a length \[m\].
 fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
+    edges_of_walls(mesh, tree, wall).into_iter().map(|[a, b]| a.distance(b)).sum()
+}
+
+/// Ends of all sharp inner edges between walls that go on for a length \[m\].
+fn edges_of_walls(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> Vec<[DVec3; 2]> {
     let normal = |t: usize| mesh.area_vector(t).normalize_or(DVec3::ZERO);
     // Whether a triangle is part of a wall that goes on across its side from a to b.
     let goes_on = |t: usize, a: DVec3, b: DVec3| {
@@ -84,7 +130,7 @@ fn inner_creases(mesh: &TriMesh, tree: &SurfaceTree, wall: f64) -> f64 {
     };
     let meet =
         inner_edges(mesh).filter(|([t, other], [a, b])| goes_on(*t, *a, *b) && goes_on(*other, *b, *a));
-    meet.map(|(_, [a, b])| a.distance(b)).sum()
+    meet.map(|(_, ends)| ends).collect()
 }
 
 #[cfg(test)]
@@ -98,6 +144,15 @@ mod tests {
             let mesh = Shape::parse(shape).expect("a shape").mesh();
             assert_eq!(inner_creases(&mesh, &SurfaceTree::new(&mesh), 0.02), 0.0, "{shape}");
         }
+    }
+
+    /// Three edges in a row, of which two are joined, and one alone.
+    #[test]
+    fn edges_that_hang_together_are_one_long_edge() {
+        let at = |x: f64| DVec3::new(x, 0.0, 0.0);
+        let edges = [[at(0.0), at(1.0)], [at(5.0), at(6.0)], [at(2.0), at(1.0)]];
+        assert_eq!(short_chains(&edges, 1.5), [edges[1]]);
+        assert_eq!(short_chains(&edges, 3.0), edges);
     }
 
     #[test]

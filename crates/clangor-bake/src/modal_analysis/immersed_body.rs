@@ -3,8 +3,9 @@
 //!
 //! Cells of order 4 are about half a bending wave long. The error of a frequency is estimated from order 3 on
 //! the same grid: the spaces are nested, so that both are too high, the lower order by more. Where walls meet
-//! at inner edges, less is gained by order 4, and the same difference means a larger error. There, cells are
-//! halved again and again where modes are resolved least (`local_refinement`); elsewhere all become smaller.
+//! at inner edges, less is gained by order 4, and the same difference means a larger error, most of all in
+//! cells with the end of a slit or a corner of a plate (`order_gain`). There, cells are halved again and again
+//! where modes are resolved least (`local_refinement`); elsewhere all become smaller.
 //!
 //! Where a body has mirror planes, the cells are on one side of them (see
 //! [`mirror_parities`](super::mirror_parities)). The other side then is the image of this one, noise of the
@@ -12,6 +13,7 @@
 
 mod local_refinement;
 mod mirrors;
+mod order_gain;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -32,7 +34,7 @@ use crate::fem::finite_cells::{
 };
 use crate::fem::supports::{Holding, Support, SupportError, SupportKind, SupportRegion};
 use crate::fem::{ElasticConstants, ElasticSystem};
-use crate::geometry_class::inner_creases::Walls;
+use crate::geometry_class::inner_creases::{Walls, singular_edges};
 use crate::mesh::decimate::decimate;
 use crate::mesh::tetrahedra::isosurface_stuffing::StuffingError;
 
@@ -58,6 +60,8 @@ const COMPACT_GAIN: f64 = 1.6;
 /// The same from order 2 to order 3.
 const DRAFT_GAIN: f64 = 3.0;
 const CREASED_CONVERGENCE: f64 = 1.25;
+/// The same where inner edges are short, as at the end of a slit.
+const SINGULAR_CONVERGENCE: f64 = 1.0;
 /// Factor on the node limit for the estimate of a grid that is not made yet.
 const MOST_EXPECTED: f64 = 1.5;
 /// Share of the node limit for accurate grids that are finer than the waves in the band want: a node of a
@@ -93,6 +97,8 @@ pub(super) struct ImmersedBody<'a> {
     /// Longest extent \[m\].
     size: f64,
     walls: Walls,
+    /// Ends of the inner edges where stress is singular \[m\].
+    singular_edges: Vec<[DVec3; 2]>,
     /// \[m³\]
     volume: f64,
     /// Most nodes of a grid.
@@ -130,7 +136,19 @@ impl<'a> ImmersedBody<'a> {
         let volume = MassProperties::of(&surface).map_err(StuffingError::Input)?.volume;
         let size = (high - low).max_element();
         let (supports, mirrors): (&[Support], _) = (&[], None);
-        Ok(ImmersedBody { surface, constants, size, walls, volume, most_nodes, effort, supports, mirrors })
+        let singular_edges = singular_edges(&surface, &walls);
+        Ok(ImmersedBody {
+            surface,
+            constants,
+            size,
+            walls,
+            singular_edges,
+            volume,
+            most_nodes,
+            effort,
+            supports,
+            mirrors,
+        })
     }
 
     /// The same body, held.
@@ -232,7 +250,11 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     }
 
     fn convergence(&self) -> f64 {
-        if self.walls.creased { CREASED_CONVERGENCE } else { CONVERGENCE }
+        match (self.walls.creased, self.singular_edges.is_empty()) {
+            (true, _) => CREASED_CONVERGENCE,
+            (false, false) => SINGULAR_CONVERGENCE,
+            (false, true) => CONVERGENCE,
+        }
     }
 
     fn first_ratio(&self) -> f64 {
@@ -261,7 +283,8 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     ) -> Result<Immersed, ModalAnalysisError> {
         let (last, ratio) = (self.last_order(), wanted.ratio);
         if than.order < last {
-            return self.on(than.cells.grid(), last);
+            let shares = self.shares_of_order(than, wanted.modes);
+            return Ok(Immersed { shares, ..self.on(than.cells.grid(), last)? });
         }
         if self.effort == CellEffort::Draft {
             return self.with(than.edge / ratio, last);
@@ -275,7 +298,7 @@ impl RefinableDiscretization for ImmersedBody<'_> {
             let (wall, most) = (self.walls.thickness, most as usize);
             ModalAnalysisError::TooFine { wall, edge: than.edge / ratio, elements, nodes, most }
         };
-        if self.walls.creased {
+        if self.walls.creased || !self.singular_edges.is_empty() {
             return self.finer_where_needed(than, wanted, most)?.ok_or_else(too_fine);
         }
         // The nodes of thin walls are as many as their cells have area.

@@ -1,7 +1,8 @@
 //! Errors of frequencies due to the mesh, from their change since a coarser mesh (Richardson).
 //!
 //! ```text
-//! everywhere finer        e = c q/(1 − q),    c = |f_coarse/f − 1|,    q: share of the error that is left
+//! everywhere finer        e = c q/(1 − q),    c = |f_coarse/f − 1|,    q: share of the error that is left,
+//!                         of all modes, or of each where a higher order gains less at some places
 //! in some places finer    e = max(c q/(1 − q), q e_coarse/2), with q of each mode;
 //!                         max(c, q e_coarse) where q is close to 1
 //! ```
@@ -28,7 +29,8 @@ pub(super) fn mesh_errors(
             match (share(mode), before.get(mode)) {
                 (Some(q), Some(error)) if q > LITTLE_CHANGED => change.max(q * error),
                 (Some(q), Some(error)) => by_change(change, q).max(0.5 * q * error),
-                _ => by_change(change, alike),
+                (Some(q), None) => by_change(change, q),
+                (None, _) => by_change(change, alike),
             }
         })
         .collect();
@@ -49,6 +51,10 @@ mod tests {
         let alike = mesh_errors(&coarse, &fine, (&[], 0.25), |_| None);
         let expected = [0.01, 0.01 / 3.0, 0.001 / 3.0, 0.0, 0.01];
         assert!(alike.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{alike:?}");
+        // A higher order, which gains little for the first mode.
+        let order = mesh_errors(&coarse, &fine, (&[], 0.25), |m| (m == 0).then_some(0.75));
+        let expected = [0.09, 0.01 / 3.0, 0.001 / 3.0, 0.0, 0.09];
+        assert!(order.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{order:?}");
         // Half of the remainder halved; hardly any; a change that is smaller than the share says.
         let shares = [0.5, 0.95, 0.5, 0.95];
         let local =

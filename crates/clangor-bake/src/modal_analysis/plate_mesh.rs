@@ -6,23 +6,25 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::axisymmetric::triangulation::fill;
+use super::plate_sizes::PlateSizes;
 use crate::fem::prisms::{Prisms, lattice};
 use crate::geometry_class::flat_plate::FlatPlate;
 use crate::mesh::tetrahedra::{EDGES, TetMesh, TetMeshError};
 
-/// A mesh of a plate, `layers` cells thick, with elements of about `edge` \[m\] in the plane.
+/// A mesh of a plate, `layers` cells thick, with triangles of these sizes in the plane.
 ///
 /// # Errors
 /// [`TetMeshError::Empty`] for an outline that crosses itself.
 pub(super) fn plate_mesh(
     plate: &FlatPlate,
-    edge: f64,
+    sizes: &PlateSizes,
     layers: usize,
 ) -> Result<(TetMesh, Prisms), TetMeshError> {
-    let triangulation = fill(&divided(&plate.outline, edge), &|_| edge).ok_or(TetMeshError::Empty)?;
+    let outline = sizes.divided(&plate.outline);
+    let triangulation = fill(&outline, &|p| sizes.at(p)).ok_or(TetMeshError::Empty)?;
     let mut points = triangulation.points;
     // Middles of sides.
     let mut middles: BTreeMap<[u32; 2], u32> = BTreeMap::new();
@@ -67,16 +69,6 @@ pub(super) fn plate_mesh(
     let corners = whole.iter().map(|t| t.map(|v| points[v as usize])).collect();
     let prisms = Prisms { corners, elements, layers, thickness: plate.thickness, frame: plate.frame };
     Ok((mesh, prisms))
-}
-
-/// An outline with sides of at most `edge` \[m\].
-fn divided(outline: &[DVec2], edge: f64) -> Vec<DVec2> {
-    let side = |k: usize| {
-        let (from, to) = (outline[k], outline[(k + 1) % outline.len()]);
-        let count = (from.distance(to) / edge - 1e-6).ceil().max(1.0) as usize;
-        (0..count).map(move |n| from.lerp(to, n as f64 / count as f64))
-    };
-    (0..outline.len()).flat_map(side).collect()
 }
 
 /// The nodes of each element.

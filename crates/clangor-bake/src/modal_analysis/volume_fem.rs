@@ -15,6 +15,7 @@ use glam::DVec3;
 use super::mirror_parities::{MirrorParities, PartNodes};
 use super::mirrored_box::MirroredBox;
 use super::plate_mesh::plate_mesh;
+use super::plate_sizes::{CornerSizes, PlateSizes};
 use super::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
 use crate::fem::across_walls::Unknowns;
 use crate::fem::bricks::box_of_bricks;
@@ -37,6 +38,11 @@ const ONE_CELL: f64 = 0.2;
 const ICOSAHEDRON_FACES: f64 = 20.0;
 /// Nodes per tetrahedron far from the surface; near it there are more.
 const NODES_PER_TETRAHEDRON: f64 = 4.0 / 3.0;
+
+/// Most sides of the coarse mesh of a plate at its inner corners, over the lengths of the outline there: the
+/// first that needs at most a part of all nodes.
+const AT_CORNERS: [f64; 3] = [4.0, 16.0, 64.0];
+const COARSE_PART: f64 = 0.15;
 
 /// Nodes of a level per triangle of a plate.
 const NODES_PER_PLATE_ELEMENT: f64 = 9.0;
@@ -73,6 +79,8 @@ pub(super) struct Filled {
     edge: f64,
     /// Elements along each direction of a structured grid.
     cells: [usize; 3],
+    /// Sizes at the inner corners of a plate.
+    at_corners: CornerSizes,
     /// The solved part of a box.
     part: Option<TetMesh>,
     /// The elements of a plate.
@@ -138,17 +146,18 @@ impl<'a> VolumeFem<'a> {
     }
 
     /// Elements and nodes of a mesh before it is made: exact for a box, an upper estimate for others.
-    fn expected(&self, cells: [usize; 3], edge: f64) -> [f64; 2] {
+    fn expected(&self, cells: [usize; 3], edge: f64, at_corners: CornerSizes) -> [f64; 2] {
         let cells = cells.map(|n| n as f64);
-        match self.form {
+        match &self.form {
             Filling::Ellipsoid(_) => {
                 let elements = ICOSAHEDRON_FACES * cells[0].powi(3);
                 [elements, NODES_PER_TETRAHEDRON * elements]
             }
             Filling::Block(_) => [cells.iter().product(), cells.iter().map(|n| 2.0 * n + 1.0).product()],
-            Filling::Plate(_) => {
+            Filling::Plate(plate) => {
                 // Triangles with sides of two edges, and eight nodes each on every level.
-                let elements = self.volume / self.wall / (3.0_f64.sqrt() * edge * edge);
+                let even = self.volume / self.wall / (3.0_f64.sqrt() * edge * edge);
+                let elements = even + PlateSizes::new(plate, 2.0 * edge, at_corners).around_corners();
                 [
                     elements,
                     NODES_PER_PLATE_ELEMENT * (2 * cells_across(self.wall, edge) + 1) as f64 * elements,
@@ -157,10 +166,15 @@ impl<'a> VolumeFem<'a> {
         }
     }
 
-    fn with_cells(&self, cells: [usize; 3], edge: f64) -> Result<Filled, ModalAnalysisError> {
+    fn with_cells(
+        &self,
+        cells: [usize; 3],
+        edge: f64,
+        at_corners: CornerSizes,
+    ) -> Result<Filled, ModalAnalysisError> {
         let broken = StuffingError::from;
         let cells = self.aligned(cells);
-        let [elements, nodes] = self.expected(cells, edge);
+        let [elements, nodes] = self.expected(cells, edge, at_corners);
         if nodes > self.most_nodes as f64 {
             let (wall, most) = (self.wall, self.most_nodes);
             return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
@@ -169,18 +183,20 @@ impl<'a> VolumeFem<'a> {
             Filling::Ellipsoid(semi_axes) => {
                 let edge = semi_axes.max_element() / cells[0] as f64;
                 let mesh = ball::ellipsoid(*semi_axes, cells[0]).map_err(broken)?;
-                Filled { mesh, edge, cells, part: None, prisms: None }
+                Filled { mesh, edge, cells, at_corners, part: None, prisms: None }
             }
             Filling::Plate(plate) => {
+                let sizes = PlateSizes::new(plate, 2.0 * edge, at_corners);
                 let (mesh, prisms) =
-                    plate_mesh(plate, 2.0 * edge, cells_across(self.wall, edge)).map_err(broken)?;
-                Filled { mesh, edge, cells, part: None, prisms: Some(prisms) }
+                    plate_mesh(plate, &sizes, cells_across(self.wall, edge)).map_err(broken)?;
+                Filled { mesh, edge, cells, at_corners, part: None, prisms: Some(prisms) }
             }
             Filling::Block(edges) => {
                 let mirrored = MirroredBox { edges: *edges, cells, constants: self.constants };
                 let part = Some(mirrored.part().map_err(broken)?);
                 let edge = (0..3).map(|a| edges[a] / cells[a] as f64).fold(0.0, f64::max);
-                Filled { mesh: block::block(*edges, cells).map_err(broken)?, edge, cells, part, prisms: None }
+                let mesh = block::block(*edges, cells).map_err(broken)?;
+                Filled { mesh, edge, cells, at_corners, part, prisms: None }
             }
         })
     }
@@ -224,7 +240,7 @@ impl RefinableDiscretization for VolumeFem<'_> {
             _ if self.clamps().next().is_some() => 1.0,
             Filling::Ellipsoid(_) => 4.0,
             // Near the edges of a plate, torsion varies over its thickness, which is shorter than a
-            // hexahedron.
+            // hexahedron. At re-entrant corners of a plate, `plate_sizes` sees to order two.
             Filling::Block(_) | Filling::Plate(_) => 2.0,
         }
     }
@@ -238,10 +254,20 @@ impl RefinableDiscretization for VolumeFem<'_> {
         let wave = shortest_wave(self.constants, self.wall, limit);
         let edge = self.first_ratio() * (wave / elements).min(self.size / LEAST_ELEMENTS);
         let count = |length: f64| (length / edge).ceil().max(1.0) as usize;
+        let even = CornerSizes { of_sides: 1.0, coarsest: edge, part: 1.0 };
         match &self.form {
-            Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge),
-            Filling::Block(edges) => self.with_cells(box_cells(*edges, edge), edge),
-            Filling::Plate(_) => self.with_cells([0; 3], edge),
+            Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge, even),
+            Filling::Block(edges) => self.with_cells(box_cells(*edges, edge), edge, even),
+            Filling::Plate(plate) => {
+                // Finer across arms too, at whose edges torsion varies over the thickness.
+                let edge = edge.min(0.5 * plate.mean_width());
+                let [first @ .., last] = &AT_CORNERS;
+                let part = COARSE_PART * self.most_nodes as f64;
+                let at =
+                    |of_sides: &f64| CornerSizes { of_sides: *of_sides, coarsest: 2.0 * edge, part: 1.0 };
+                let fits = |of_sides: &&f64| self.expected([0; 3], edge, at(of_sides))[1] <= part;
+                self.with_cells([0; 3], edge, at(first.iter().find(fits).unwrap_or(last)))
+            }
         }
     }
 
@@ -259,7 +285,8 @@ impl RefinableDiscretization for VolumeFem<'_> {
             }
             _ => than.cells.map(|n| (n as f64 * ratio - 1e-9).ceil() as usize),
         };
-        self.with_cells(cells, edge)
+        let at = than.at_corners;
+        self.with_cells(cells, edge, CornerSizes { part: at.part / (ratio * ratio), ..at })
     }
 
     fn size(&self, mesh: &Filled) -> (usize, f64) {

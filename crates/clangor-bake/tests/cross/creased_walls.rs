@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
+use crate::plates::slab;
 use clangor_bake::fem::ElasticConstants;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
 use clangor_bake::geometry_class::solver_choice::ModalChoice;
@@ -102,6 +103,30 @@ fn two_bars_across_a_slit_of_a_millimetre_move_apart() {
     for (a, b) in cells.modes.iter().zip(&plate.modes) {
         println!("{:.1} Hz, as a plate {:.1} Hz", a.frequency, b.frequency);
         assert!((a.frequency / b.frequency - 1.0).abs() < 0.015, "{:.1} {:.1}", a.frequency, b.frequency);
+    }
+}
+
+/// A plate with arms of 100 × 20 × 2 mm at a right angle: its inner corner is short, and singular.
+#[test]
+fn an_inner_corner_of_a_plate_in_cells_is_as_far_off_as_stated() {
+    // From the inner corner, which sees all others.
+    let outline = [[0.02, 0.02], [0.02, 0.1], [0.0, 0.1], [0.0, 0.0], [0.1, 0.0], [0.1, 0.02]];
+    let mesh = slab(&outline.map(DVec2::from_array), 2e-3);
+    let steel = ElasticConstants::of(&STEEL.material()).expect("an elastic material");
+    let by = |choice, accuracy: f64| {
+        let options = ModalAnalysisOptions { accuracy, ..ModalAnalysisOptions::to(3000.0) };
+        modal_analysis_by(choice, &steel, &options, &mut |_| ControlFlow::Continue(())).expect("modes")
+    };
+    let geometry = BakeGeometry::of_mesh(&mesh);
+    let plate = geometry.modal_choice().expect("a solid");
+    assert!(matches!(plate, ModalChoice::Prisms(_)));
+    let (cells, plate) = (by(ModalChoice::Cells(Cow::Borrowed(&mesh)), 0.01), by(plate, 2e-3));
+    assert_eq!(cells.modes.len(), plate.modes.len());
+    for (a, b) in cells.modes.iter().zip(&plate.modes) {
+        let (off, said) = (a.frequency / b.frequency - 1.0, a.mesh_error);
+        println!("{:.1} Hz: {off:.1e}, stated {said:.1e}", b.frequency);
+        // Seen: up to 6.9e-3, stated 7.3e-3; 5.5 %, stated as 0.33 %, where all gain as much by order 4.
+        assert!(off < 1.5 * said && off < 0.01, "{:.1} Hz: {off:.1e}, stated {said:.1e}", b.frequency);
     }
 }
 

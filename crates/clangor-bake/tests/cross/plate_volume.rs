@@ -171,3 +171,25 @@ fn rings_ring_as_their_tetrahedra() {
         assert!(error < 0.01, "hole of {hole}: {error:.1e}");
     }
 }
+
+/// At the inner corner of an L stress is singular, and convergence slow.
+#[test]
+fn an_inner_corner_is_as_far_off_as_stated() {
+    // From its inner corner, which sees all others.
+    let outline = [[10.0, 10.0], [10.0, 100.0], [0.0, 100.0], [0.0, 0.0], [100.0, 0.0], [100.0, 10.0]];
+    let mesh = slab(&outline.map(|[x, y]| DVec2::new(1e-3 * x, 1e-3 * y)), 2e-3);
+    let geometry = BakeGeometry::of_mesh(&mesh);
+    let modes = |accuracy: f64| {
+        let options = ModalAnalysisOptions { accuracy, ..ModalAnalysisOptions::to(3500.0) };
+        let found = modal_analysis(&geometry, &constants(), &options, &mut |_| ControlFlow::Continue(()));
+        found.expect("modes").modes
+    };
+    let (own, reference) = (modes(0.01), modes(1e-3));
+    assert_eq!(own.len(), reference.len());
+    for (own, reference) in own.iter().zip(&reference) {
+        let error = own.frequency / reference.frequency - 1.0;
+        println!("{:.1} Hz: {error:.1e}, stated {:.1e}", reference.frequency, own.mesh_error);
+        // Seen: 1.7e-3 where 1.1e-3 is stated, else up to 0.3 of it.
+        assert!(error < 1.5 * own.mesh_error + 1e-3, "{}: {error:.1e}", reference.frequency);
+    }
+}

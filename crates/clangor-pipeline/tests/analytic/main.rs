@@ -15,6 +15,7 @@ mod held_bodies;
 mod led_bodies;
 mod listed_flights;
 mod motion_impacts;
+mod passed_on;
 mod piles;
 mod plate_impacts;
 mod scene_supports;

@@ -1,0 +1,99 @@
+//! Impacts in recorded motion that bodies pass on which touch: each pair of a cradle or of a pile is heard.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use clangor_core::body::{Body, BodyId, MeshSurface, Surface, World};
+use clangor_core::material::presets;
+use clangor_core::pose::Pose;
+use clangor_core::shape::Shape;
+use clangor_core::timeline::ContactKind;
+use clangor_pipeline::motion::impacts::find_impacts;
+use clangor_pipeline::motion::recording::{Frame, RecordedBody};
+use glam::DVec3;
+
+const GRAVITY: DVec3 = DVec3::new(0.0, -9.81, 0.0);
+const RATES: [f64; 4] = [60.0, 120.0, 240.0, 1000.0];
+const INSTANT: f64 = 0.30123;
+const SPEED: f64 = 1.5;
+
+fn sampled(body: u32, rate: f64, place: impl Fn(f64) -> DVec3) -> RecordedBody {
+    let pose = |k: u64| Pose::at(place(k as f64 / rate));
+    let frame = |k: u64| Frame { time: k as f64 / rate, pose: pose(k), row: k };
+    RecordedBody { body: BodyId(body), frames: (0..=(0.6 * rate) as u64).map(frame).collect(), group: None }
+}
+
+/// Normal impulse and least approach speed of the impacts of each pair.
+fn impacts(bodies: Vec<Body>, recorded: &[RecordedBody]) -> BTreeMap<[u32; 2], (f64, f64)> {
+    let world = World { bodies, links: Vec::new(), gravity: GRAVITY };
+    let mut pairs = BTreeMap::new();
+    for row in find_impacts(&world, recorded, 0.05).contacts {
+        if row.kind == ContactKind::Impact {
+            let pair = [row.body_a.0.min(row.body_b.0), row.body_a.0.max(row.body_b.0)];
+            let (sum, least) = pairs.entry(pair).or_insert((0.0, f64::INFINITY));
+            (*sum, *least) = (*sum + row.impulse_n, f64::min(*least, -row.velocity.dot(row.normal)));
+        }
+    }
+    pairs
+}
+
+/// Five balls that hang side by side: the first comes and stays, the last goes.
+#[test]
+fn analytic_every_pair_of_a_cradle_passes_the_impact_on() {
+    const RADIUS: f64 = 0.0125;
+    let balls: Vec<Body> =
+        (0..5).map(|k| Body::sphere(format!("ball{k}"), presets::STEEL.material(), RADIUS)).collect();
+    let momentum = balls[0].mass * SPEED;
+    for rate in RATES {
+        let ball = |k: u32| {
+            sampled(k, rate, move |t| {
+                let way = SPEED * (t - INSTANT);
+                let moved = match k {
+                    0 => way.min(0.0),
+                    4 => way.max(0.0),
+                    _ => 0.0,
+                };
+                DVec3::X * (2.0 * RADIUS * f64::from(k) + moved)
+            })
+        };
+        let found = impacts(balls.clone(), &(0..5).map(ball).collect::<Vec<RecordedBody>>());
+        println!("{rate} Hz: {found:?} of {momentum} N s");
+        let pairs: Vec<[u32; 2]> = found.keys().copied().collect();
+        assert_eq!(pairs, [[0, 1], [1, 2], [2, 3], [3, 4]], "{rate} Hz");
+        for (pair, (impulse, approach)) in found {
+            // Steel on steel gives back a part e of the approach: v (1 + e) is the change of 2 J / m.
+            assert!((impulse / momentum - 1.0).abs() < 1e-6, "{rate} Hz, {pair:?}: {impulse}");
+            assert!(approach > 0.9 * SPEED, "{rate} Hz, {pair:?}: {approach}");
+        }
+    }
+}
+
+/// A block that falls on a pile of three, which lies on the ground, and stays.
+#[test]
+fn analytic_every_pair_of_a_pile_passes_the_impact_on() {
+    const HEIGHT: f64 = 0.03;
+    let mesh = Shape::parse(&format!("box:0.1x{HEIGHT}x0.1")).unwrap().mesh();
+    let (surface, mass) = MeshSurface::try_new(mesh, Vec::new()).unwrap();
+    let surface = Arc::new(Surface::Mesh(surface));
+    let block = |k| Body::solid(format!("block{k}"), presets::WOOD.material(), Arc::clone(&surface), &mass);
+    let mut bodies: Vec<Body> = (0..4).map(block).collect();
+    let momentum = bodies[0].mass * SPEED;
+    bodies.push(Body::plane("floor", presets::GRANITE.material(), DVec3::ZERO, DVec3::Y));
+    for rate in RATES {
+        let recorded = |k: u32| {
+            sampled(k, rate, move |t| {
+                let before = if k == 3 { (INSTANT - t).max(0.0) } else { 0.0 };
+                let above = SPEED * before + 0.5 * GRAVITY.y * before * before;
+                DVec3::Y * (HEIGHT * (f64::from(k) + 0.5) + above)
+            })
+        };
+        let found = impacts(bodies.clone(), &(0..4).map(recorded).collect::<Vec<RecordedBody>>());
+        println!("{rate} Hz: {found:?} of {momentum} N s");
+        let pairs: Vec<[u32; 2]> = found.keys().copied().collect();
+        assert_eq!(pairs, [[0, 1], [0, 4], [1, 2], [2, 3]], "{rate} Hz");
+        for (pair, (impulse, approach)) in found {
+            assert!((impulse / momentum - 1.0).abs() < 1e-6, "{rate} Hz, {pair:?}: {impulse}");
+            assert!(approach > 0.5 * SPEED, "{rate} Hz, {pair:?}: {approach}");
+        }
+    }
+}

@@ -4,8 +4,8 @@
 //! Cells of order 4 are about half a bending wave long. The error of a frequency is estimated from order 3 on
 //! the same grid: the spaces are nested, so that both are too high, the lower order by more. Where walls meet
 //! at inner edges, less is gained by order 4, and the same difference means a larger error, most of all in
-//! cells with the end of a slit or a corner of a plate (`order_gain`). There, cells are halved again and again
-//! where modes are resolved least (`local_refinement`); elsewhere all become smaller.
+//! cells with the end of a slit or a corner of a plate (`order_gain`). There, cells are halved again and
+//! again where modes are resolved least (`local_refinement`); elsewhere all become smaller.
 //!
 //! Where a body has mirror planes, the cells are on one side of them (see
 //! [`mirror_parities`](super::mirror_parities)). The other side then is the image of this one, noise of the

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! with the size e far from corners, e₀ that of the coarsest mesh, and s the shorter side at the corner
-//! or the distance to other sides. So all errors are at least of order two in e, and every finer mesh is finer
-//! at every corner: two meshes that are alike there show no error.
+//! or the distance to other sides. So all errors are at least of order two in e, and every finer mesh is
+//! finer at every corner: two meshes that are alike there show no error.
 
 use glam::DVec2;
 

@@ -61,10 +61,6 @@ impl PoseHistory {
             Motion::Keyframed(track) => BodyPoses::Prescribed(track.clone()),
             _ => {
                 states.sort_by(|a, b| a.time.total_cmp(&b.time));
-                // A row at the birth of the body takes the place of its start.
-                if states.get(1).is_some_and(|state| state.time == states[0].time) {
-                    states.remove(0);
-                }
                 BodyPoses::Recorded(states)
             }
         };
@@ -104,14 +100,13 @@ impl PoseHistory {
     }
 
     /// Velocity [m/s] of the point of a body at `point` [m, world] at a time \[s\]; `None` without a row at
-    /// exactly that time. The first of several holds the state before all impacts of that instant: the others may
-    /// be those between impacts that a chain of touching bodies passes on.
+    /// exactly that time. Rows at an impact hold the state before all impacts of that instant.
     pub fn velocity_at(&self, body: BodyId, point: DVec3, time: f64) -> Option<DVec3> {
         let (pose, velocity, angular_velocity) = match &self.bodies[body.index()] {
             BodyPoses::Prescribed(track) => track.sample(time),
             BodyPoses::Recorded(states) => {
-                let first = states.partition_point(|state| state.time < time);
-                let state = states.get(first)?;
+                let next = states.partition_point(|state| state.time <= time);
+                let state = states.get(next.checked_sub(1)?)?;
                 if state.time != time {
                     return None;
                 }

@@ -61,7 +61,10 @@ pub enum NodeFault {
         z: f64,
     },
     /// A body that grows.
-    #[error("its scale is {scale} of the first at t = {time} s; a body may only be hidden (0) or shown (1)")]
+    #[error(
+        "its scale at t = {time} s is {scale} of that where it is first shown; a body may only be hidden (0) or \
+         shown (1), by STEP keys"
+    )]
     ScaleOverTime {
         /// Time \[s\].
         time: f64,

@@ -127,6 +127,10 @@ struct Adder<'a> {
 
 impl Adder<'_> {
     fn add(&mut self, node: &GltfNode) -> Result<(), GltfBodyFault> {
+        // Also of a node that is no body, as a pivot below one.
+        if node.physics.has_joint {
+            self.note(node, "its joint is not read; the node moves as it is animated");
+        }
         let described = self.in_scene.get(&node.name).copied();
         if described.is_none() && !self.is_candidate(node) {
             return Ok(());
@@ -138,9 +142,6 @@ impl Adder<'_> {
         if !node.birth.is_finite() {
             self.note(node, "it is never shown (scale 0), and left out");
             return Ok(());
-        }
-        if node.physics.has_joint {
-            self.note(node, "its joint is not read; the node moves as it is animated");
         }
         let (index, centre) = match described {
             Some(index) => (index, centre_of_mass(&mut self.solids, &self.world.bodies[index], node)?),

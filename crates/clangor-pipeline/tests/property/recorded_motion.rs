@@ -391,7 +391,7 @@ fn property_bad_nodes_are_refused_with_their_name() {
         assert!(message.contains("node stone") && message.contains(wanted), "{message}");
     };
     refused(json!({ "skin": 0 }), &moved, "translation", "it has a skin");
-    refused(json!({}), &[1.0, 1.0, 1.0, 1.5, 1.5, 1.5], "scale", "its scale is 1.5 of the first at t = 1 s");
+    refused(json!({}), &[1.0, 1.0, 1.0, 1.5, 1.5, 1.5], "scale", "its scale at t = 1 s is 1.5 of that");
     refused(json!({}), &[1.0, 1.0, 1.0, 1.0, 2.0, 1.0], "scale", "its scale is 1, 2, 1");
     let again = [1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
     refused(json!({}), &again, "scale", "it is shown again at t = 2 s");

@@ -76,6 +76,21 @@ fn a_cradle_passes_the_momentum_on_whatever_the_gaps() {
     }
 }
 
+/// The sound of a chain begins where it is struck, which the states before the impacts of its instant say.
+#[test]
+fn poses_at_an_impact_are_those_before_all_impacts_of_the_instant() {
+    let (timeline, _) = run(&cradle(0.0, 1), &settings(0.2, false, 10.0)).unwrap();
+    let impacts: Vec<f64> = timeline.contacts.iter().map(|row| row.time).collect();
+    assert_eq!(impacts.len(), 4);
+    assert!(impacts.iter().all(|time| *time == impacts[0]), "{impacts:?}");
+    for ball in 0..5 {
+        let at = timeline.poses.iter().filter(|pose| pose.time == impacts[0] && pose.body.0 == ball);
+        let velocities: Vec<DVec3> = at.map(|pose| pose.velocity).collect();
+        let before = if ball == 0 { DVec3::X } else { DVec3::ZERO };
+        assert!(!velocities.is_empty() && velocities.iter().all(|v| *v == before), "{ball}: {velocities:?}");
+    }
+}
+
 #[test]
 fn one_ball_on_two_breaks_symmetrically() {
     let material = material(1.0, 0.0, 0.0);

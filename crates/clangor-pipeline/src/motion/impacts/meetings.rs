@@ -1,17 +1,17 @@
 //! What the pairs of an event do to each other: which of them hit, and which pass an impact on.
 //!
-//! A pair hits if it approaches at the threshold of sound and has a part of the impulse of such an impact. The
-//! surfaces of a pile, or the balls of a cradle, touch when an impact meets one of them: they do not approach,
-//! but in the time of the impact each is driven against the next one. Such a pair passes on an impulse J, as in
-//! an impact at
+//! A pair hits if it approaches at the threshold of sound and has a part of the impulse of such an impact.
+//! The surfaces of a pile, or the balls of a cradle, touch when an impact meets one of them: they do not
+//! approach, but in the time of the impact each is driven against the next one. Such a pair passes on an
+//! impulse J, as in an impact at
 //!
 //! ```text
 //! v = J / m (1 + e)        m: effective mass at the centre of the pushes of the pair
 //! ```
 //!
-//! if v is above the threshold, its surfaces rest on each other before, and a hit reaches it through pairs that pass
-//! it on within a frame. Steady loads are no part of J: what holds a body before or after its impact is taken from
-//! its jump.
+//! if v is above the threshold, its surfaces rest on each other before, and a hit that drives them together
+//! reaches it through pairs that pass it on within a frame. Steady loads are no part of J: what holds a body
+//! before or after its impact is taken from its jump.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,6 +30,9 @@ const MERGED: f64 = 0.075;
 /// Largest relative velocity of surfaces that rest on each other [m/s], and its part that gravity gives in a
 /// frame. What slides, turns or parts passes nothing on: what a fit says of it is uncertain.
 const RESTS: (f64, f64) = (0.006, 0.3);
+/// Least part of an impulse along which the one that causes it drives the body. A hinge or a wrong fit gives
+/// the rest of it.
+const DRIVEN: f64 = 0.3;
 /// Frames between events of which one passes on what the other one gives.
 const AT_ONCE: f64 = 1.01;
 
@@ -57,14 +60,17 @@ pub(super) struct Meeting {
 pub(super) fn hear(events: &[Event], meetings: &mut [Vec<Meeting>]) {
     let all = meetings.iter().enumerate().flat_map(|(event, of)| (0..of.len()).map(move |k| (event, k)));
     let all: Vec<(usize, usize)> = all.collect();
-    // The moving bodies of a pair, and the pairs of each.
-    let moving = |(event, k): (usize, usize)| {
-        let members = meetings[event][k].pair.map(|place| &events[event].members[place]);
-        members.into_iter().filter(|member| member.fit.inverse_mass > 0.0).map(|member| member.body)
+    // The moving bodies of a pair, and what it gives to each; the pairs of each body.
+    let given = |(event, k): (usize, usize)| {
+        let meeting = &meetings[event][k];
+        let impulse: DVec3 = meeting.pushes.iter().map(|push| push.impulse).sum();
+        let members = meeting.pair.map(|place| &events[event].members[place]).into_iter().zip([1.0, -1.0]);
+        let moving = members.filter(|(member, _)| member.fit.inverse_mass > 0.0);
+        moving.map(move |(member, sign)| (member.body, impulse * sign))
     };
-    let mut of_body: BTreeMap<BodyId, Vec<(usize, usize)>> = BTreeMap::new();
+    let mut of_body: BTreeMap<BodyId, Vec<((usize, usize), DVec3)>> = BTreeMap::new();
     for of in &all {
-        moving(*of).for_each(|body| of_body.entry(body).or_default().push(*of));
+        given(*of).for_each(|(body, impulse)| of_body.entry(body).or_default().push((*of, impulse)));
     }
     // From pair to pair, beginning with those that hit.
     let met = |(event, k): (usize, usize)| meetings[event][k].met;
@@ -72,10 +78,13 @@ pub(super) fn hear(events: &[Event], meetings: &mut [Vec<Meeting>]) {
     let mut heard: BTreeSet<(usize, usize)> = next.iter().copied().collect();
     while let Some(one) = next.pop() {
         let reach = events[one.0].reach();
-        for other in moving(one).flat_map(|body| &of_body[&body]).copied() {
-            let is_near = (events[other.0].time - events[one.0].time).abs() <= reach;
-            if is_near && met(other) == Met::PassOn && heard.insert(other) {
-                next.push(other);
+        for (body, push) in given(one) {
+            for (other, back) in of_body[&body].iter().copied() {
+                let is_near = (events[other.0].time - events[one.0].time).abs() <= reach;
+                let drives = -push.dot(back) >= DRIVEN * back.length_squared();
+                if is_near && drives && met(other) == Met::PassOn && heard.insert(other) {
+                    next.push(other);
+                }
             }
         }
     }

@@ -17,12 +17,12 @@
 //! ```
 //!
 //! or by how little it is above a surface, and how far it has dropped at the second frame (`part_of_drop`),
-//! which says the instant as well. What does not fall is carried: it has no impact there, and no acceleration of gravity before the second
-//! frame.
+//! which says the instant as well. What does not fall is carried: it has no impact there, and no acceleration
+//! of gravity before the second frame.
 //!
-//! Limits: of a body that stands on another one that falls with it, the gap to what stops both is not known. If
-//! it bounces in its second frame and again before the third, which shares Δ₁ between both impacts, it is taken
-//! to be carried.
+//! Limits: of a body that stands on another one that falls with it, the gap to what stops both is not known.
+//! If it bounces in its second frame and again before the third, which shares Δ₁ between both impacts, it is
+//! taken to be carried.
 
 use clangor_core::body::BodyId;
 use glam::DVec3;

@@ -346,7 +346,8 @@ impl Engine {
     /// Records the rows of each touch.
     fn log_impulses(&self, cluster: &mut Cluster, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
         let (mut rows, mut poses) = (std::mem::take(&mut cluster.rows), std::mem::take(&mut cluster.poses));
-        for (index, touch) in cluster.touches.iter().enumerate() {
+        for index in 0..cluster.touches.len() {
+            let touch = &cluster.touches[index];
             rows.clear();
             poses.clear();
             let radius_a = self.radius_of(cluster.participants[touch.a]);
@@ -385,14 +386,15 @@ impl Engine {
                     && self.traits[ball].free
                 {
                     let s = self.now - self.balls[ball].time;
-                    poses.push(PoseRow {
+                    let (velocity, angular_velocity) = cluster.before[member];
+                    poses.push(cluster.before_instant(PoseRow {
                         time: self.now,
                         body: BodyId(self.traits[ball].body),
                         position: cluster.positions[member],
                         orientation: self.spins[ball].after(s).0,
-                        velocity: cluster.before[member].0,
-                        angular_velocity: cluster.before[member].1,
-                    });
+                        velocity,
+                        angular_velocity,
+                    }));
                 }
             }
             recorder.impact(&rows, &poses)?;

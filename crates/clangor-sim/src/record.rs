@@ -44,6 +44,7 @@ pub struct Recorder<'a> {
     next_id: u64,
     report: SimulationReport,
     order: TimeOrder,
+    struck: BTreeMap<BodyId, PoseRow>,
 }
 
 /// A recorder between two of its sinks: the impacts that later rows may still join, and the counts so far.
@@ -53,6 +54,8 @@ pub struct Suspended {
     last_id: u64,
     report: SimulationReport,
     order: TimeOrder,
+    /// States of the bodies that impacts of the latest instant have struck, before all of them.
+    struck: BTreeMap<BodyId, PoseRow>,
 }
 
 /// An impact that later rows may still join.
@@ -71,14 +74,14 @@ impl<'a> Recorder<'a> {
 
     /// Continues from a suspended recorder, with a new sink.
     pub fn resume(settings: RecordSettings, from: Suspended, sink: &'a mut dyn TimelineSink) -> Self {
-        let Suspended { open, last_id, report, order } = from;
-        Recorder { settings, sink, open, next_id: last_id + 1, report, order }
+        let Suspended { open, last_id, report, order, struck } = from;
+        Recorder { settings, sink, open, next_id: last_id + 1, report, order, struck }
     }
 
     /// Releases the sink; open impacts stay open.
     pub fn suspend(self) -> Suspended {
-        let Recorder { open, next_id, report, order, .. } = self;
-        Suspended { open, last_id: next_id - 1, report, order }
+        let Recorder { open, next_id, report, order, struck, .. } = self;
+        Suspended { open, last_id: next_id - 1, report, order, struck }
     }
 
     /// The settings.
@@ -88,7 +91,8 @@ impl<'a> Recorder<'a> {
 
     /// Records the rows of one impact: one pair of bodies (A and B in the same order in every row), one
     /// instant, one or more points. `poses` are the states of its moving bodies at that instant, before the
-    /// impulse.
+    /// impulse; those before all impacts of that instant are kept, by which it is told where a chain of
+    /// touching bodies is struck.
     ///
     /// # Errors
     /// Those of the sink.
@@ -100,6 +104,7 @@ impl<'a> Recorder<'a> {
         }
         let pair = (first.body_a, first.body_b);
         let v_min = self.settings.v_min;
+        let poses: Vec<PoseRow> = poses.iter().map(|pose| self.before_instant(pose)).collect();
         let joins = self
             .open
             .get(&pair)
@@ -111,11 +116,19 @@ impl<'a> Recorder<'a> {
             open.rows.extend_from_slice(rows);
             return Ok(());
         }
-        let impact = OpenImpact { rows: rows.to_vec(), poses: poses.to_vec(), speed, start: first.time };
+        let impact = OpenImpact { rows: rows.to_vec(), poses, speed, start: first.time };
         match self.open.insert(pair, impact) {
             Some(over) => self.close(over),
             None => Ok(()),
         }
+    }
+
+    /// The state of a body before all impacts of an instant, of its state before one of them.
+    fn before_instant(&mut self, pose: &PoseRow) -> PoseRow {
+        if self.struck.values().next().is_some_and(|earlier| earlier.time != pose.time) {
+            self.struck.clear();
+        }
+        *self.struck.entry(pose.body).or_insert(*pose)
     }
 
     /// Records the rows of one pair's lasting contact in one step. Rows that approach faster than `v_min`

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::led_members::mass_beside_led;
 use super::meetings::{Meeting, Met, Push};
-use super::{Event, MotionImpacts};
+use super::{Event, Member, MotionImpacts};
 
 impl Event {
     /// Writes the rows of each pair.
@@ -49,7 +49,9 @@ impl Event {
             ));
         }
         if is_heard {
-            let moving = self.members.iter().filter(|member| member.window.is_some());
+            // Those at rest too: by them it is told where a chain is struck.
+            let moving = |member: &&Member| member.window.is_some() || member.fit.inverse_mass > 0.0;
+            let moving = self.members.iter().filter(moving);
             found.states.extend(moving.map(|member| PoseRow {
                 time: self.time,
                 body: member.body,

@@ -27,22 +27,9 @@ pub(super) struct Cluster {
     pub(super) near: Vec<usize>,
     pub(super) rows: Vec<ContactRow>,
     pub(super) poses: Vec<PoseRow>,
-    /// States of the balls that impacts of this instant have moved, before all of them.
-    struck: Vec<PoseRow>,
 }
 
 impl Cluster {
-    /// The state of a body before all impacts of an instant, of its state before one of them: a chain of balls
-    /// that touch has one after another.
-    pub(super) fn before_instant(&mut self, row: PoseRow) -> PoseRow {
-        self.struck.retain(|earlier| earlier.time == row.time);
-        let known = self.struck.iter().find(|earlier| earlier.body == row.body).copied();
-        known.unwrap_or_else(|| {
-            self.struck.push(row);
-            row
-        })
-    }
-
     /// Empties the cluster.
     pub(super) fn clear(&mut self) {
         self.participants.clear();

@@ -346,8 +346,7 @@ impl Engine {
     /// Records the rows of each touch.
     fn log_impulses(&self, cluster: &mut Cluster, recorder: &mut Recorder<'_>) -> std::io::Result<()> {
         let (mut rows, mut poses) = (std::mem::take(&mut cluster.rows), std::mem::take(&mut cluster.poses));
-        for index in 0..cluster.touches.len() {
-            let touch = &cluster.touches[index];
+        for (index, touch) in cluster.touches.iter().enumerate() {
             rows.clear();
             poses.clear();
             let radius_a = self.radius_of(cluster.participants[touch.a]);
@@ -386,15 +385,14 @@ impl Engine {
                     && self.traits[ball].free
                 {
                     let s = self.now - self.balls[ball].time;
-                    let (velocity, angular_velocity) = cluster.before[member];
-                    poses.push(cluster.before_instant(PoseRow {
+                    poses.push(PoseRow {
                         time: self.now,
                         body: BodyId(self.traits[ball].body),
                         position: cluster.positions[member],
                         orientation: self.spins[ball].after(s).0,
-                        velocity,
-                        angular_velocity,
-                    }));
+                        velocity: cluster.before[member].0,
+                        angular_velocity: cluster.before[member].1,
+                    });
                 }
             }
             recorder.impact(&rows, &poses)?;

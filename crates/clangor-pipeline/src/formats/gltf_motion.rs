@@ -62,8 +62,8 @@ pub enum NodeFault {
     },
     /// A body that grows.
     #[error(
-        "its scale at t = {time} s is {scale} of that where it is first shown; a body may only be hidden (0) or \
-         shown (1), by STEP keys"
+        "its scale at t = {time} s is {scale} of that where it is first shown; a body may only be hidden (0) \
+         or shown (1), by STEP keys"
     )]
     ScaleOverTime {
         /// Time \[s\].

@@ -16,6 +16,9 @@ use glam::{DQuat, DVec3};
 const G: f64 = 9.81;
 const RATES: [f64; 7] = [24.0, 25.0, 50.0, 60.0, 125.0, 240.0, 1000.0];
 
+/// The pose of a body at a time \[s\].
+type PoseOverTime<'a> = &'a dyn Fn(f64) -> Pose;
+
 fn world(mut bodies: Vec<Body>, up: DVec3) -> World {
     bodies.push(Body::plane("floor", presets::GRANITE.material(), DVec3::ZERO, up));
     World { bodies, links: Vec::new(), gravity: DVec3::NEG_Y * G }
@@ -67,7 +70,7 @@ fn analytic_what_a_hand_moves_from_rest_hits_nothing() {
         for gap in [0.0, 1e-3, 4e-3, 0.02] {
             let at = |x: f64, y: f64| DVec3::new(x, 0.03 + gap + y, 0.0);
             let steady = |t: f64| 0.5 * t * t;
-            let motions: [(&str, &dyn Fn(f64) -> Pose); 13] = [
+            let motions: [(&str, PoseOverTime<'_>); 13] = [
                 ("push", &|t| Pose::at(at(0.5 * steady(t), 0.0))),
                 ("strong push", &|t| Pose::at(at(20.0 * steady(t), 0.0))),
                 ("pull", &|t| Pose::at(at(0.0, 0.5 * steady(t)))),
@@ -283,7 +286,7 @@ fn analytic_what_is_on_its_way_at_its_last_key_hits_nothing() {
     let lower = |t: f64| Pose::at(DVec3::new(t, 0.03 + 0.33 * (0.5 - t), 0.0));
     let fall =
         |t: f64| Pose { position: DVec3::Y * (lowest + 1e-3 + 0.5 * G * (0.25 - t * t)), orientation: tilt };
-    let motions: [(&str, Body, &dyn Fn(f64) -> Pose); 3] = [
+    let motions: [(&str, Body, PoseOverTime<'_>); 3] = [
         ("axle", ball(), &turn),
         ("hand", block("0.1x0.06x0.04"), &lower),
         ("flight", block("0.1x0.06x0.04"), &fall),

@@ -56,26 +56,29 @@ pub(super) struct Meeting {
     pub(super) speed: f64,
 }
 
+/// Of a meeting: the event, and which of its meetings.
+type Place = (usize, usize);
+
 /// Pairs that would pass on an impact press only where none reaches them. `meetings` are those of each event.
 pub(super) fn hear(events: &[Event], meetings: &mut [Vec<Meeting>]) {
     let all = meetings.iter().enumerate().flat_map(|(event, of)| (0..of.len()).map(move |k| (event, k)));
-    let all: Vec<(usize, usize)> = all.collect();
+    let all: Vec<Place> = all.collect();
     // The moving bodies of a pair, and what it gives to each; the pairs of each body.
-    let given = |(event, k): (usize, usize)| {
+    let given = |(event, k): Place| {
         let meeting = &meetings[event][k];
         let impulse: DVec3 = meeting.pushes.iter().map(|push| push.impulse).sum();
         let members = meeting.pair.map(|place| &events[event].members[place]).into_iter().zip([1.0, -1.0]);
         let moving = members.filter(|(member, _)| member.fit.inverse_mass > 0.0);
         moving.map(move |(member, sign)| (member.body, impulse * sign))
     };
-    let mut of_body: BTreeMap<BodyId, Vec<((usize, usize), DVec3)>> = BTreeMap::new();
+    let mut of_body: BTreeMap<BodyId, Vec<(Place, DVec3)>> = BTreeMap::new();
     for of in &all {
         given(*of).for_each(|(body, impulse)| of_body.entry(body).or_default().push((*of, impulse)));
     }
     // From pair to pair, beginning with those that hit.
-    let met = |(event, k): (usize, usize)| meetings[event][k].met;
-    let mut next: Vec<(usize, usize)> = all.iter().copied().filter(|of| met(*of) == Met::Hit).collect();
-    let mut heard: BTreeSet<(usize, usize)> = next.iter().copied().collect();
+    let met = |(event, k): Place| meetings[event][k].met;
+    let mut next: Vec<Place> = all.iter().copied().filter(|of| met(*of) == Met::Hit).collect();
+    let mut heard: BTreeSet<Place> = next.iter().copied().collect();
     while let Some(one) = next.pop() {
         let reach = events[one.0].reach();
         for (body, push) in given(one) {

@@ -91,8 +91,8 @@ impl<'a> Recorder<'a> {
 
     /// Records the rows of one impact: one pair of bodies (A and B in the same order in every row), one
     /// instant, one or more points. `poses` are the states of its moving bodies at that instant, before the
-    /// impulse; those before all impacts of that instant are kept, by which it is told where a chain of
-    /// touching bodies is struck.
+    /// impulse. Those before all impacts of that instant are kept: they show where a chain of touching bodies
+    /// is struck.
     ///
     /// # Errors
     /// Those of the sink.

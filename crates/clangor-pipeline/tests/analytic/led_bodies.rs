@@ -55,7 +55,7 @@ fn impacts(bodies: Vec<Body>, recorded: &[RecordedBody]) -> Vec<ContactRow> {
     found.contacts.into_iter().filter(|row| row.kind == ContactKind::Impact).collect()
 }
 
-/// A paddle as it is led: its place and its turn at a time, for a blow at the origin along `normal`.
+/// A paddle as it is led: its place and its turn at a time, for an impact at the origin along `normal`.
 struct Stroke {
     name: &'static str,
     normal: DVec3,
@@ -172,7 +172,7 @@ fn analytic_of_two_led_bodies_that_which_jumps_says_the_impulse() {
 
 /// What lies on the ground does not pass for led: a ball that falls on a box there needs the ground.
 #[test]
-fn analytic_a_box_on_the_ground_passes_a_blow_on() {
+fn analytic_a_box_on_the_ground_passes_an_impact_on() {
     let floor = Body::plane("floor", presets::GRANITE.material(), DVec3::ZERO, DVec3::Y);
     for (mass, rate) in MASSES.into_iter().flat_map(|mass| RATES.map(|rate| (mass, rate))) {
         let lying = sampled(1, rate, |_| Pose::at(DVec3::Y * HALF));

@@ -39,17 +39,13 @@ impl Event {
                         velocity: relative,
                         depth: -gap,
                         impact_id,
-                        effective_mass: if is_impact {
-                            mass_beside_led([&a, &b], point, normal)
-                        } else {
-                            None
-                        },
+                        effective_mass: is_impact.then(|| mass_beside_led([&a, &b], point, normal)).flatten(),
                     }
                 },
             ));
         }
         if is_heard {
-            // Those at rest too: by them it is told where a chain is struck.
+            // Those at rest too: they show where a chain is struck.
             let moving = |member: &&Member| member.window.is_some() || member.fit.inverse_mass > 0.0;
             let moving = self.members.iter().filter(moving);
             found.states.extend(moving.map(|member| PoseRow {

@@ -7,7 +7,7 @@
 //! with the jump Δv of the led body beyond its push p ([`led_bodies`](crate::motion)). A hand holds a body
 //! back, so that it recoils by less than the impulse would make it; it does not say by how much. The impulse
 //! is then that of the bodies which it meets, if these have jumps. If not, as with an anvil, or if they show
-//! less, as a block on a table whose jump is that of the blow and of the table, the jump of the led body is
+//! less, as a block on a table whose jump is that of the impact and of the table, the jump of the led body is
 //! all there is. Of two that are led, one that does not jump is infinitely heavy, and two that do are as
 //! heavy as they are.
 

@@ -124,25 +124,26 @@ impl Event {
             points.into_iter().filter(|index| normal_impulse(*index) > SMALLEST_SHARE * largest).collect();
         let sizes = pair.map(|place| scene.surfaces[self.members[place].body.index()].radius);
         let mut pushes = self.merged(&pushing, MERGED * sizes[0].min(sizes[1]));
-        let strongest = pushes.iter_mut().max_by(|a, b| a.normal_impulse().total_cmp(&b.normal_impulse()))?;
+        let strength = |push: &Push| push.normal_impulse();
+        let order = |a: &usize, b: &usize| strength(&pushes[*a]).total_cmp(&strength(&pushes[*b]));
+        let place = (0..pushes.len()).max_by(order)?;
+        let strongest = pushes[place];
         let velocity = |point: DVec3| a.state.velocity_at(point) - b.state.velocity_at(point);
         let approach = |push: &Push| -velocity(push.point).dot(push.normal);
         // The velocity of a supported body is uncertain by what gravity adds in a frame.
         let fall = scene.world.gravity.length() * a.window.or(b.window).map_or(0.0, |window| window.span);
         let least = if a.is_supported && b.is_supported { v_min + fall } else { v_min };
         // At a wrong instant the place of a turning body may recede: its impulse says how fast it met.
-        let needed = scene.approach_of(strongest, [&a, &b]);
+        let needed = scene.approach_of(&strongest, [&a, &b]);
         let uncertain = scene.uncertain_speed(&a).max(scene.uncertain_speed(&b));
-        let (is_near, strength) = (approach(strongest) + uncertain >= least, strongest.normal_impulse());
-        let is_fast = |pushes: &[Push]| pushes.iter().map(approach).fold(0.0, f64::max) >= least;
-        let is_missed = needed >= least && is_near;
-        if is_missed && !is_fast(&pushes) {
-            let strongest = pushes.iter_mut().find(|push| push.normal_impulse() == strength)?;
-            strongest.approach = Some(needed);
-        }
+        let is_fast = pushes.iter().map(approach).fold(0.0, f64::max) >= least;
+        let is_missed = needed >= least && approach(&strongest) + uncertain >= least;
         // Far less than an impact at the threshold gives is what the fit of another impact leaves.
-        let given = needed * pushes.iter().map(Push::normal_impulse).sum::<f64>() / strength;
-        let hits = (is_missed || is_fast(&pushes)) && given >= GIVEN * v_min;
+        let given = needed * pushes.iter().map(strength).sum::<f64>() / strength(&strongest);
+        let hits = (is_missed || is_fast) && given >= GIVEN * v_min;
+        if is_missed && !is_fast {
+            pushes[place].approach = Some(needed);
+        }
         let whole = *self.merged(&pushing, f64::INFINITY).first()?;
         let speed = scene.approach_of(&whole, [&a, &b]);
         let rests = velocity(whole.point).length() <= RESTS.0 + RESTS.1 * fall;

@@ -8,7 +8,7 @@
 //! Δ₀ = F h / 2m    Δ₁ = F h / m      as of an impact J = 3/2 F h after f = 2/3 of the frame
 //! ```
 //!
-//! A fall is told from it by what it needs, in which n is the normal of the surface and t the instant:
+//! A fall differs from it in what it needs, in which n is the normal of the surface and t the instant:
 //!
 //! ```text
 //! way           d₀ ≈ −½ g·n t²                  d₀: the gap at the first frame; 0 of what lies on a surface

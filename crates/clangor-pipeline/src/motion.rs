@@ -26,6 +26,7 @@
 //! | `file_units` | units of time and length, and which explain an acceleration |
 //! | `quaternion_order` | whether quaternions have their scalar first, found by spins in falls |
 //! | `flights` | the motion of bodies of which only the impulses are listed |
+//! | `open_joints` | bodies that leave the joints that hold them in the scene |
 //! | `sunk_bodies` | bodies that lie deeper in planes than any solid could |
 //! | `list_clock` | times of a list that are probably no seconds |
 //! | `nested_bodies` | bodies that lie deep in each other over several frames |
@@ -53,6 +54,7 @@ mod led_bodies;
 pub(crate) mod list_clock;
 mod neighbours;
 pub(crate) mod nested_bodies;
+pub(crate) mod open_joints;
 pub(crate) mod parts;
 mod parts_of_one;
 mod pose_noise;

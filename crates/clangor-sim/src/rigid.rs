@@ -36,6 +36,7 @@ mod cut_short;
 mod flight;
 mod grip;
 mod impact_threshold;
+mod joined_bodies;
 mod joint;
 mod joint_row;
 mod linkage;
@@ -62,6 +63,7 @@ mod world;
 
 pub use compliance::ContactModes;
 pub use cut_short::CutShort;
+pub use joined_bodies::{JoinedBodies, JoinedContact, JoinedPair};
 pub use replacement::{Breaker, CrackImpulse, Replacement};
 pub(crate) use run::run;
 #[cfg(feature = "fracture")]

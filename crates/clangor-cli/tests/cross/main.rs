@@ -9,6 +9,7 @@ mod fracture_sound;
 mod interchange;
 mod listed_drop;
 mod one_impact;
+mod recorded_joints;
 mod recorded_motion;
 mod ringing;
 mod room;

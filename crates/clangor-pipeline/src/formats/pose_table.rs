@@ -357,16 +357,6 @@ impl<S> Reader<'_, S> {
     }
 
     fn frame(&self, row: u64, id: BodyId, cells: &[Cell]) -> Result<Frame, PoseTableError> {
-        let number = |at: usize| {
-            let finite = cells[at].number().filter(|number| number.is_finite());
-            finite.ok_or_else(|| PoseTableError::NotANumber {
-                path: self.path.into(),
-                body: self.bodies.name(id).into(),
-                row,
-                column: COLUMNS[at].into(),
-                text: shown(&cells[at], "empty"),
-            })
-        };
         let [at, other] = match self.position_of {
             PositionOf::CentreOfMass => [POSITION, ORIGIN],
             PositionOf::Origin => [ORIGIN, POSITION],
@@ -376,13 +366,22 @@ impl<S> Reader<'_, S> {
             return Err(PoseTableError::TwoPositions { path: self.path.into() });
         }
         let is_turned = self.is_turned || cells[ORIENTATION..].iter().any(|cell| *cell != Cell::Empty);
-        let [x, y, z, w] = std::array::from_fn(|k| ORIENTATION + k);
-        let orientation = match is_turned {
-            true => DQuat::from_xyzw(number(x)?, number(y)?, number(z)?, number(w)?),
-            false => DQuat::IDENTITY,
-        };
-        let position = DVec3::new(number(at)?, number(at + 1)?, number(at + 2)?);
-        Ok(Frame { time: number(TIME)?, pose: Pose { position, orientation }, row })
+        let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+        let turned = [0, 1, 2, 3].map(|k| ORIENTATION + k).into_iter().filter(|_| is_turned);
+        let places = [TIME, at, at + 1, at + 2].into_iter().chain(turned);
+        for (number, at) in numbers.iter_mut().zip(places) {
+            let finite = cells[at].number().filter(|number| number.is_finite());
+            *number = finite.ok_or_else(|| PoseTableError::NotANumber {
+                path: self.path.into(),
+                body: self.bodies.name(id).into(),
+                row,
+                column: COLUMNS[at].into(),
+                text: shown(&cells[at], "empty"),
+            })?;
+        }
+        let [time, px, py, pz, x, y, z, w] = numbers;
+        let pose = Pose { position: DVec3::new(px, py, pz), orientation: DQuat::from_xyzw(x, y, z, w) };
+        Ok(Frame { time, pose, row })
     }
 }
 

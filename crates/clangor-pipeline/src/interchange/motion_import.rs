@@ -173,6 +173,7 @@ fn import_in_memory(
         summary.extend(&rows);
         remarks.extend(summary.remark(&world));
         remarks.extend(search.sunk.notices(&world).iter().map(ToString::to_string));
+        remarks.extend(search.open_joints.notices(&world).iter().map(ToString::to_string));
         remarks.extend(search.nested.notices(&world).iter().map(ToString::to_string));
         found = Some(summary);
         (rows.contacts, rows.states)

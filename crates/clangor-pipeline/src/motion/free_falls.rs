@@ -93,12 +93,11 @@ impl FreeFalls {
                 recent[number % POINTS] = point;
             }
             let Some(first) = (number + 1).checked_sub(POINTS) else { continue };
-            let fall: [(f64, DVec3, DQuat); POINTS] =
-                std::array::from_fn(|k| self.recent[place][(first + k) % POINTS]);
-            if let Some(acceleration) = parabola(&fall.map(|(time, position, _)| (time, position)))
-                && self.note(acceleration, stride as u64, frame.row) == Some(FallsAlong::Gravity)
-            {
-                widest = Some(fall.map(|(time, _, orientation)| (time, orientation)));
+            let at = |k: usize| &self.recent[place][(first + k) % POINTS];
+            let Some(acceleration) = parabola(|k| (at(k).0, at(k).1)) else { continue };
+            let turns: [(f64, DQuat); POINTS] = std::array::from_fn(|k| (at(k).0, at(k).2));
+            if self.note(acceleration, stride as u64, frame.row) == Some(FallsAlong::Gravity) {
+                widest = Some(turns);
             }
         }
         widest
@@ -128,9 +127,10 @@ impl FreeFalls {
     }
 }
 
-/// The constant acceleration of seven points [m/s²], if they have one and it bends their path.
-fn parabola(points: &[(f64, DVec3); POINTS]) -> Option<DVec3> {
-    let [(t0, x0), _, _, (t3, x3), _, _, (t6, x6)] = *points;
+/// The constant acceleration of seven points [m/s²], if they have one and it bends their path; `point` gives
+/// the time and the place of each.
+fn parabola(point: impl Fn(usize) -> (f64, DVec3)) -> Option<DVec3> {
+    let [(t0, x0), (t3, x3), (t6, x6)] = [0, 3, 6].map(&point);
     let (before, after) = ((x3 - x0) / (t3 - t0), (x6 - x3) / (t6 - t3));
     let half = (after - before) / (t6 - t0);
     let sagitta = half.length() * (t3 - t0) * (t6 - t3);
@@ -138,11 +138,11 @@ fn parabola(points: &[(f64, DVec3); POINTS]) -> Option<DVec3> {
     if sagitta <= BENT.0.max(BENT.1 * size) || !sagitta.is_finite() {
         return None;
     }
-    let lies_on = |(t, x): &(f64, DVec3)| {
+    let lies_on = |(t, x): (f64, DVec3)| {
         let expected = x0 + before * (t - t0) + half * ((t - t0) * (t - t3));
         x.distance(expected) <= ON_PARABOLA * sagitta
     };
-    [1, 2, 4, 5].iter().all(|k| lies_on(&points[*k])).then_some(2.0 * half)
+    [1, 2, 4, 5].into_iter().all(|k| lies_on(point(k))).then_some(2.0 * half)
 }
 
 impl FallSpeeds {

@@ -3,7 +3,8 @@
 //! Each jump of a body ([`jump_windows`](super)) is held against the surfaces around it at its instant.
 //! Bodies that touch and jump together are one event, and the impulses at all of its points are those that
 //! explain the jumps best. A body that does not jump, a plane, and a body that nothing moves take what is
-//! left; so does one that a hand leads (`led_members`). Bodies that have one impact alone come first
+//! left; so does one that a hand leads (`led_members`). Joints of the scene make a contact heavier
+//! (`joined_members`). Bodies that have one impact alone come first
 //! (`clean_first`). What is not released at its first frame but carried (`releases`) has no impact before the
 //! second.
 //!
@@ -13,6 +14,7 @@
 mod clean_first;
 mod event_rows;
 mod flat_impacts;
+mod joined_members;
 mod last_keys;
 mod led_members;
 mod meetings;
@@ -26,6 +28,7 @@ use clangor_core::body::{Body, BodyId, Motion, World};
 use clangor_core::material::PairCoefficients;
 use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactRow, PoseRow};
+use clangor_sim::rigid::JoinedBodies;
 use glam::DVec3;
 
 use self::meetings::{Meeting, hear};
@@ -113,7 +116,7 @@ pub(super) fn find_impacts_in_noise(
         .collect();
     hear(&events, &mut meetings);
     for (event, meetings) in events.iter().zip(meetings) {
-        event.write(meetings, &mut next_id, &mut found);
+        event.write(&scene, meetings, &mut next_id, &mut found);
     }
     scene.drop_jumps_of_parts(&windows, &mut found);
     found.contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
@@ -128,6 +131,8 @@ pub(super) struct Scene<'a> {
     pub(super) kinematics: Vec<Option<Kinematics<'a>>>,
     /// Bodies that may come near each other.
     pub(super) neighbours: Neighbours,
+    /// The joints of the scene, if it has any.
+    joined: Option<JoinedBodies<'a>>,
     /// Group of each body whose parts move as one.
     groups: Vec<Option<usize>>,
     /// Places of the windows of each body, in order of time.
@@ -202,7 +207,8 @@ impl<'a> Scene<'a> {
         let radii: Vec<f64> = surfaces.iter().map(|surface| surface.radius).collect();
         let neighbours = Neighbours::of(&world.bodies, &radii, &kinematics);
         let windows = vec![Vec::new(); world.bodies.len()];
-        Scene { world, surfaces, kinematics, neighbours, groups, windows }
+        let joined = JoinedBodies::of(world);
+        Scene { world, surfaces, kinematics, neighbours, joined, groups, windows }
     }
 
     /// Whether an impact is the end of the keys of its body.

@@ -393,6 +393,7 @@ fn sum(a: &Jump, b: &Jump) -> Jump {
 /// the jumps around are smaller than a 1.2th of it, which needs no sorting.
 fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
     let (jumps, g) = (&kinematics.left, kinematics.inertia.gravity.length());
+    let sizes: Vec<f64> = jumps.iter().map(|jump| jump.size).collect();
     let is_hit = |k: usize| {
         let fall = g * jumps[k].span;
         let excess = (jumps[k].size - unsupported_threshold(clear, fall)) / 1.2;
@@ -401,8 +402,8 @@ fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
         }
         let low = k.saturating_sub(NEIGHBOURS).max(1);
         let high = (k + NEIGHBOURS + 1).min(jumps.len().saturating_sub(1));
-        let around = jumps.get(low..high).unwrap_or_default();
-        around.is_empty() || around.iter().filter(|jump| jump.size < excess).count() > around.len() / 4
+        let around = sizes.get(low..high).unwrap_or_default();
+        around.is_empty() || around.iter().filter(|size| **size < excess).count() > around.len() / 4
     };
     // What rests or is carried for so many frames is no impact, where it has just begun.
     let is_carried =

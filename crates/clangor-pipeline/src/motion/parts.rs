@@ -21,6 +21,7 @@ use clangor_core::timeline::{ContactRow, PoseRow};
 use super::impacts::{MotionImpacts, find_impacts_in_noise};
 use super::lasting_contacts::lasting_contacts;
 use super::nested_bodies::NestedBodies;
+use super::open_joints::OpenJoints;
 use super::recording::RecordedBody;
 use super::sunk_bodies::SunkBodies;
 
@@ -65,6 +66,8 @@ pub(crate) struct PartSearch {
     pub(crate) sunk: SunkBodies,
     /// Bodies that lie too deep in each other.
     pub(crate) nested: NestedBodies,
+    /// Bodies that leave their joints.
+    pub(crate) open_joints: OpenJoints,
     /// Deviation of Δv on one axis of each body that is noise [m/s].
     noise: Vec<f64>,
     /// Rows of lasting contact, if they are wanted.
@@ -98,6 +101,7 @@ impl PartSearch {
     ) -> MotionImpacts {
         self.sunk.look(world, recorded);
         self.nested.look(world, recorded);
+        self.open_joints.look(world, recorded);
         let found = find_impacts_in_noise(world, recorded, v_min, &self.noise);
         let mut joint = f64::NEG_INFINITY;
         let mut rows = MotionImpacts::default();

@@ -48,12 +48,19 @@ impl SunkBodies {
             for plane in &planes {
                 let pose = world.bodies[*plane].pose;
                 let (normal, least) = (pose.orientation * DVec3::Y, (DEEP.0 * radius).max(DEEP.1));
+                let mut last = Reach { direction: DVec3::ZERO, length: radius };
                 for frame in frames {
                     let height = (frame.pose.position - pose.position).dot(normal);
                     if radius - height <= least {
                         continue;
                     }
-                    let depth = reach(surface, frame.pose.orientation.inverse() * -normal) - height;
+                    // A body turns little from frame to frame, and at rest not at all.
+                    let direction = frame.pose.orientation.inverse() * -normal;
+                    if last.most_along(direction, radius) - height <= least {
+                        continue;
+                    }
+                    last = Reach { direction, length: reach(surface, direction) };
+                    let depth = last.length - height;
                     if depth > least {
                         self.note([*body, BodyId(*plane as u32)], depth, frame);
                     }
@@ -92,6 +99,19 @@ impl fmt::Display for SunkNotice {
              there may be missing; move the plane, or check the size of the body",
             1e3 * depth
         )
+    }
+}
+
+/// How far a surface reaches along one unit direction \[m\].
+struct Reach {
+    direction: DVec3,
+    length: f64,
+}
+
+impl Reach {
+    /// The farthest that a surface of this bounding radius can reach along another direction \[m\].
+    fn most_along(&self, direction: DVec3, radius: f64) -> f64 {
+        self.length + radius * self.direction.distance(direction)
     }
 }
 

@@ -12,6 +12,7 @@ mod parquet_columns;
 mod first_and_last_frames;
 mod ground_render;
 mod held_bodies;
+mod joined_bodies;
 mod led_bodies;
 mod listed_flights;
 mod motion_impacts;

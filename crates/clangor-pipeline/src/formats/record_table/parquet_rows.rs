@@ -13,8 +13,8 @@ use parquet::schema::types::ColumnDescriptor;
 
 use super::{Cell, RecordTableError, RowSink, places};
 
-/// Rows that are decoded at once.
-const BATCH: usize = 8192;
+/// Rows that are decoded at once: all columns of a pose stay in the cache of a core.
+const BATCH: usize = 256;
 
 pub(super) fn read<S: RowSink>(path: &Path, sink: &mut S) -> Result<(), S::Error> {
     let file = File::open(path).map_err(|source| RecordTableError::Io { path: path.into(), source })?;
@@ -233,7 +233,10 @@ impl Batch {
             return;
         }
         if let Some(number) = self.numbers.get(self.next) {
-            *cell = Cell::Number(*number);
+            match cell {
+                Cell::Number(before) => *before = *number,
+                _ => *cell = Cell::Number(*number),
+            }
         } else if let Some(text) = self.texts.get(self.next) {
             // The name of a body often follows itself.
             if !matches!(&*cell, Cell::Text(before) if before.as_bytes() == text.data()) {

@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::collections::binary_heap::PeekMut;
 
 use clangor_core::pose::Pose;
 use clangor_core::timeline::PoseRow;
@@ -29,11 +30,12 @@ pub(super) fn pose_rows<'a>(
     from: f64,
     to: f64,
 ) -> PoseRows<'a> {
-    let mut rows = PoseRows { recorded, states, next: BinaryHeap::with_capacity(recorded.len()), to };
-    for (place, body) in recorded.iter().enumerate() {
-        rows.enqueue(place, body.frames.partition_point(|frame| frame.time < from));
-    }
-    rows
+    let first = |(place, body): (usize, &RecordedBody)| {
+        let at = body.frames.partition_point(|frame| frame.time < from);
+        let frame = body.frames.get(at).filter(|frame| frame.time < to)?;
+        Some(Reverse((key(frame), place, at)))
+    };
+    PoseRows { recorded, states, next: recorded.iter().enumerate().filter_map(first).collect(), to }
 }
 
 /// The iterator of [`pose_rows`].
@@ -46,11 +48,9 @@ pub(super) struct PoseRows<'a> {
 }
 
 impl PoseRows<'_> {
-    /// Puts a frame in line, if there is such a frame before the end.
-    fn enqueue(&mut self, place: usize, at: usize) {
-        if let Some(frame) = self.recorded[place].frames.get(at).filter(|frame| frame.time < self.to) {
-            self.next.push(Reverse((key(frame), place, at)));
-        }
+    /// Time of the next frame \[s\].
+    fn next_time(&self) -> Option<f64> {
+        self.next.peek().map(|Reverse((_, place, at))| self.recorded[*place].frames[*at].time)
     }
 }
 
@@ -64,16 +64,19 @@ impl Iterator for PoseRows<'_> {
     type Item = PoseRow;
 
     fn next(&mut self) -> Option<PoseRow> {
-        let frame = self.next.peek().map(|Reverse((_, place, at))| self.recorded[*place].frames[*at]);
         if let Some((state, rest)) = self.states.split_first()
-            && frame.is_none_or(|frame| state.time < frame.time)
+            && self.next_time().is_none_or(|time| state.time < time)
         {
             self.states = rest;
             return Some(*state);
         }
-        let Reverse((_, place, at)) = self.next.pop()?;
-        self.enqueue(place, at + 1);
+        let mut first = self.next.peek_mut()?;
+        let Reverse((_, place, at)) = *first;
         let RecordedBody { body, frames, .. } = &self.recorded[place];
+        match frames.get(at + 1).filter(|frame| frame.time < self.to) {
+            Some(frame) => *first = Reverse((key(frame), place, at + 1)),
+            None => drop(PeekMut::pop(first)),
+        }
         let Frame { time, pose, .. } = frames[at];
         let (velocity, angular_velocity) = velocities(frames, at);
         let Pose { position, orientation } = pose;

@@ -109,7 +109,8 @@ pub(super) fn import_stream(
 fn search_remarks(search: &PartSearch, world: &World, (length, joints): (f64, u64)) -> Vec<String> {
     let sunk = search.sunk.notices(world).into_iter().map(|notice| notice.to_string());
     let nested = search.nested.notices(world).into_iter().map(|notice| notice.to_string());
-    let mut remarks: Vec<String> = sunk.chain(nested).collect();
+    let open = search.open_joints.notices(world).into_iter().map(|notice| notice.to_string());
+    let mut remarks: Vec<String> = sunk.chain(nested).chain(open).collect();
     if search.doubtful_joints > 0 {
         remarks.push(format!(
             "the recording was searched in parts of {length:.1} s; at {} of {joints} joints the parts agree \

@@ -5,11 +5,17 @@ use glam::DVec3;
 
 use super::led_members::mass_beside_led;
 use super::meetings::{Meeting, Met, Push};
-use super::{Event, Member, MotionImpacts};
+use super::{Event, Member, MotionImpacts, Scene};
 
 impl Event {
     /// Writes the rows of each pair.
-    pub(super) fn write(&self, meetings: Vec<Meeting>, next_id: &mut u64, found: &mut MotionImpacts) {
+    pub(super) fn write(
+        &self,
+        scene: &Scene<'_>,
+        meetings: Vec<Meeting>,
+        next_id: &mut u64,
+        found: &mut MotionImpacts,
+    ) {
         let is_heard = meetings.iter().any(|meeting| meeting.met != Met::Press);
         for Meeting { pair, pushes, met, speed } in meetings {
             let [a, b] = pair.map(|place| self.members[place]);
@@ -26,6 +32,12 @@ impl Event {
                     if let Some(speed) = approach.or(passed) {
                         relative -= normal * (relative.dot(normal) + speed);
                     }
+                    let mass = || {
+                        let on_joints = scene.mass_on_joints([&a, &b], point, normal);
+                        on_joints
+                            .or_else(|| mass_beside_led([&a, &b], point, normal))
+                            .filter(|mass| mass.is_finite())
+                    };
                     ContactRow {
                         time: self.time,
                         body_a: a.body,
@@ -39,7 +51,7 @@ impl Event {
                         velocity: relative,
                         depth: -gap,
                         impact_id,
-                        effective_mass: is_impact.then(|| mass_beside_led([&a, &b], point, normal)).flatten(),
+                        effective_mass: is_impact.then(mass).flatten(),
                     }
                 },
             ));

@@ -82,8 +82,7 @@ impl Event {
         let Some(strongest) = strongest else { return Vec::new() };
         let gap = |index: usize| self.points[index].1.gap;
         let nearest = pushing().map(gap).fold(f64::INFINITY, f64::min);
-        let rounding = ROUNDING * self.points[strongest].0.point.abs().max_element();
-        let closed = CLOSED * self.largest_approach(scene, strongest) + rounding;
+        let closed = self.closed_gap(scene, strongest);
         let share = |index: usize| {
             let open = ((gap(index) - nearest) / closed).max(0.0);
             match (open < 1.0, is_pushing(&index)) {
@@ -93,6 +92,16 @@ impl Event {
             }
         };
         points.clone().filter_map(share).collect()
+    }
+
+    /// How much wider than the smallest gap those are that a contact with this strongest point closes \[m\].
+    pub(super) fn closed_gap(&self, scene: &Scene<'_>, strongest: usize) -> f64 {
+        let rounding = ROUNDING * self.points[strongest].0.point.abs().max_element();
+        let span = self.members.iter().filter_map(|member| member.window).map(|window| window.span);
+        match span.fold(0.0, f64::max) > LONGEST {
+            true => rounding,
+            false => CLOSED * self.largest_approach(scene, strongest) + rounding,
+        }
     }
 
     /// Hertz's largest approach at a point \[m\]; 0 where the surfaces do not approach there.

@@ -152,7 +152,7 @@ impl Member {
 }
 
 /// Jump of a point of a member [m/s].
-fn jump_at(member: &Member, point: DVec3) -> DVec3 {
+pub(super) fn jump_at(member: &Member, point: DVec3) -> DVec3 {
     let FitBody { velocity, angular_velocity, centre, .. } = member.fit;
     match member.window {
         Some(_) => velocity + angular_velocity.cross(point - centre),

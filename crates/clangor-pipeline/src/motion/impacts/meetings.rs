@@ -123,7 +123,9 @@ impl Event {
         let pushing: Vec<usize> =
             points.into_iter().filter(|index| normal_impulse(*index) > SMALLEST_SHARE * largest).collect();
         let sizes = pair.map(|place| scene.surfaces[self.members[place].body.index()].radius);
-        let mut pushes = self.merged(&pushing, MERGED * sizes[0].min(sizes[1]));
+        let near = MERGED * sizes[0].min(sizes[1]);
+        let mut pushes =
+            self.pushes_on_joints(scene, pair, near).unwrap_or_else(|| self.merged(&pushing, near));
         let strength = |push: &Push| push.normal_impulse();
         let order = |a: &usize, b: &usize| strength(&pushes[*a]).total_cmp(&strength(&pushes[*b]));
         let place = (0..pushes.len()).max_by(order)?;
@@ -196,7 +198,9 @@ impl Scene<'_> {
     /// [m/s].
     fn approach_of(&self, push: &Push, pair: [&Member; 2]) -> f64 {
         let inverse = |member: &Member| member.inverse_mass_along(push.point, push.normal);
-        let change = push.normal_impulse() * pair.map(inverse).iter().sum::<f64>();
+        let free = || pair.map(inverse).iter().sum::<f64>();
+        let on_joints = self.mass_on_joints(pair, push.point, push.normal);
+        let change = push.normal_impulse() * on_joints.map_or_else(free, f64::recip);
         let [a, b] = pair.map(|member| &self.world.bodies[member.body.index()].material);
         change / (1.0 + PairCoefficients::of(a, b).restitution.at(change))
     }
@@ -221,7 +225,7 @@ pub(super) struct Push {
 }
 
 impl Push {
-    fn normal_impulse(&self) -> f64 {
+    pub(super) fn normal_impulse(&self) -> f64 {
         self.impulse.dot(self.normal)
     }
 }

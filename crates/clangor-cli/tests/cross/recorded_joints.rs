@@ -2,8 +2,11 @@
 //! impacts have the impulses and the effective masses of the simulation.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
 use std::path::Path;
 
+use clangor_core::glam::DVec3;
 use clangor_core::timeline::ContactRow;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 
@@ -16,8 +19,12 @@ struct Hit {
     mass: f64,
 }
 
+fn rows(timeline: &Path) -> Vec<ContactRow> {
+    TimelineReader::open(timeline).unwrap().read_all().unwrap().contacts
+}
+
 fn hits(timeline: &Path) -> Vec<Hit> {
-    let rows = TimelineReader::open(timeline).unwrap().read_all().unwrap().contacts;
+    let rows = rows(timeline);
     let mut impacts: BTreeMap<u64, Vec<ContactRow>> = BTreeMap::new();
     for row in rows.into_iter().filter(|row| row.impact_id != 0) {
         impacts.entry(row.impact_id).or_default().push(row);
@@ -63,6 +70,31 @@ fn cross_a_door_that_falls_shut_has_the_impulses_of_its_simulation() {
         // Seen: 4.7e-2 at 240 Hz, 2.1e-2 at 1000 Hz; 4e-8.
         assert!(impulse < 0.06 && mass < 1e-4, "{rate} Hz: {impulse} {mass}");
     }
+}
+
+/// A list that leaves the effective masses out has them from the joints of the scene.
+#[test]
+fn cross_listed_impacts_of_a_door_have_its_effective_masses() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/door.toml");
+    let path = path.to_str().unwrap();
+    clangor(folder, &["simulate", path, "-o", "own.timeline", "--duration", "1.25"]);
+    clangor(folder, &["export", "gltf", "own.timeline", "-o", "own.glb", "--rate", "1000"]);
+    let vectors = ["point", "normal", "velocity"].map(|v| format!("{v}_x,{v}_y,{v}_z")).join(",");
+    let mut list = format!("t,body_a,body_b,impulse_n,{vectors}\n");
+    for row in rows(&folder.join("own.timeline")).iter().filter(|row| row.impact_id != 0) {
+        let vectors = [row.point, row.normal, row.velocity];
+        let vectors = vectors.map(|DVec3 { x, y, z }| format!("{x:?},{y:?},{z:?}")).join(",");
+        writeln!(list, "{:?},door,post,{:?},{vectors}", row.time, row.impulse_n).unwrap();
+    }
+    fs::write(folder.join("list.csv"), list).unwrap();
+    clangor(folder, &["import", "gltf", path, "own.glb", "--contacts", "list.csv", "-o", "found.timeline"]);
+    let [own, found] = ["own.timeline", "found.timeline"].map(|name| hits(&folder.join(name)));
+    let masses = |hits: &[Hit]| hits.iter().map(|hit| hit.mass).collect::<Vec<f64>>();
+    println!("{:?} {:?}", masses(&own), masses(&found));
+    // Seen: 4e-8.
+    assert!(found.iter().all(|hit| (hit.mass / own[0].mass - 1.0).abs() < 1e-4) && !found.is_empty());
 }
 
 #[test]

@@ -19,8 +19,8 @@
 //! | `velocity_x` `_y` `_z`, or `speed` | `velocity`, or `speed` | required: relative velocity of A before,
 //! or the speed of approach \[m/s\] |
 //! | `depth` | `depth` | 0 |
-//! | `effective_mass` | `effective_mass` | that of the bodies alone, as for 0 and NaN; above 0 of links on
-//! joints \[kg\] |
+//! | `effective_mass` | `effective_mass` | that of the bodies alone, beside poses with the joints
+//! of the scene, as for 0 and NaN; above 0 of links on joints \[kg\] |
 //! | `impact_id` | `impact_id` | a number of its own for each impact, 0 for other kinds |
 //!
 //! Parquet has the columns of CSV. CSV needs a header line; empty lines and lines that begin with `#` are

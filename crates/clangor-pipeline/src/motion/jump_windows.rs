@@ -62,8 +62,8 @@ const UNEXPLAINED: f64 = 0.05;
 const TURNING_WEIGHT: f64 = 0.05;
 /// Determinant of a matrix of products over that of its diagonal from which directions differ.
 const SINGULAR: f64 = 1e-9;
-/// Least share from which a whole jump is computed, and largest difference of the other share from it, over the jump,
-/// of a body that stays where it lands.
+/// Least share from which a whole jump is computed, and largest difference of the other share from it, over
+/// the jump, of a body that stays where it lands.
 const LEAST_SHARE: f64 = 0.03;
 const AGREES: f64 = 0.02;
 /// Largest ratio of the two shares of an impact.

@@ -22,7 +22,7 @@ const OPEN: f64 = 0.05;
 const INSTANTS: usize = 32;
 
 /// How far the joints of a body may be off \[m, or rad\].
-pub(super) fn most_open(world: &World, body: BodyId) -> f64 {
+pub(crate) fn most_open(world: &World, body: BodyId) -> f64 {
     OPEN * world.bodies[body.index()].surface.bounding_radius().min(1.0)
 }
 

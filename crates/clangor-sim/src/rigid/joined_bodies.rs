@@ -103,16 +103,16 @@ impl<'a> JoinedBodies<'a> {
 }
 
 impl JoinedPair {
-    /// W [1/kg]: what an impulse on the first body, and its opposite on the second, changes of the velocity of
-    /// the first relative to the second at their point.
+    /// W [1/kg]: what an impulse on the first body, and its opposite on the second, changes of the velocity
+    /// of the first relative to the second at their point.
     pub fn mobility(&self) -> DMat3 {
         DMat3::from_cols_array_2d(
             &DVec3::AXES.map(|axis| self.reactions.response(&self.movers, self.ends, axis).to_array()),
         )
     }
 
-    /// The effective mass \[kg\] of their contact along a unit normal, infinite where joints hold the point so
-    /// well that nothing moves it.
+    /// The effective mass \[kg\] of their contact along a unit normal, infinite where joints hold the point
+    /// so well that nothing moves it.
     pub fn effective_mass(&mut self, normal: DVec3) -> f64 {
         let JoinedPair { movers, reactions, ends } = self;
         let mobility = reactions.response(movers, *ends, normal).dot(normal);

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use clangor_core::body::{BodyId, Motion, World};
 use clangor_core::contact::PoseHistory;
-use clangor_core::timeline::{ContactRow, PoseRow};
+use clangor_core::pose::Pose;
+use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
+use clangor_sim::rigid::{JoinedBodies, JoinedContact};
 
 use super::file_frame::FileFrame;
 use super::pose_rows::pose_rows;
@@ -13,6 +15,7 @@ use super::{MotionFiles, MotionImportError};
 use crate::formats::contact_list::{ListedContact, read_listed_contacts};
 use crate::formats::named_bodies::NamedBodies;
 use crate::motion::contact_checks::{ContactChecks, ContactFault, check_clock, time_outside};
+use crate::motion::open_joints::most_open;
 use crate::motion::recording::RecordedBody;
 use crate::motion::repeated_contacts::RepeatedContacts;
 
@@ -75,9 +78,9 @@ impl<'a> ListedContacts<'a> {
         self.left().map(|row| row.time).fold(0.0, f64::max)
     }
 
-    /// Whether any contact that is not taken yet has an effective mass.
-    pub(super) fn has_effective_mass(&self) -> bool {
-        self.left().any(|row| row.effective_mass.is_some())
+    /// Whether any contact that is not taken yet has an effective mass, or may have one of joints.
+    pub(super) fn may_have_effective_mass(&self) -> bool {
+        self.left().any(|row| row.effective_mass.is_some()) || JoinedBodies::of(self.world).is_some()
     }
 
     /// Takes the contacts before a time \[s\], in order of time, checked against the motion around them.
@@ -106,6 +109,11 @@ impl<'a> ListedContacts<'a> {
             contacts.extend(checks.check_before(time, &pose_of).map_err(refused)?);
         }
         contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
+        if let Some(joined) = JoinedBodies::of(world) {
+            for row in contacts.iter_mut().filter(|row| row.effective_mass.is_none()) {
+                row.effective_mass = mass_on_joints((world, &joined), row, &|id| history.at(id, row.time));
+            }
+        }
         Ok(contacts)
     }
 
@@ -117,6 +125,21 @@ impl<'a> ListedContacts<'a> {
         };
         self.lists.iter().flat_map(of_list)
     }
+}
+
+/// The effective mass of an impact of bodies on joints, if their poses are those of the joints \[kg\].
+fn mass_on_joints(
+    (world, joined): (&World, &JoinedBodies<'_>),
+    row: &ContactRow,
+    poses: &dyn Fn(BodyId) -> Pose,
+) -> Option<f64> {
+    let bodies = [row.body_a, row.body_b];
+    let is_open = |body: &BodyId| joined.gap(*body, poses) > most_open(world, *body);
+    if row.kind != ContactKind::Impact || bodies.iter().any(is_open) {
+        return None;
+    }
+    let mut pair = joined.pair(&JoinedContact { bodies, point: row.point, time: row.time, poses })?;
+    Some(pair.effective_mass(row.normal)).filter(|mass| mass.is_finite())
 }
 
 /// First and last instant of the frames of bodies \[s\].

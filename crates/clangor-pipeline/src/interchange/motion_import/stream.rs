@@ -52,7 +52,7 @@ pub(super) fn import_stream(
     let falls = fall_remarks(&world, files, (&checks, &vec![path; checks.len()]), None);
     let mut warnings = falls.warnings;
     // Whether a hand leads a body in some impact is known at the end.
-    let (mut step, mut latest, mut has_effective_mass) = (None, latest, true);
+    let (mut step, mut latest, mut may_have_mass) = (None, latest, true);
     let contacts = if files.contacts.is_empty() {
         let log = lasting_log(loaded, files, &checks);
         remarks.extend(log.remark.map(String::from));
@@ -62,7 +62,7 @@ pub(super) fn import_stream(
     } else {
         let mut lists = ListedContacts::read(&world, files, [span(&recorded)[0], latest])?;
         latest = latest.max(lists.last_time());
-        has_effective_mass = lists.has_effective_mass();
+        may_have_mass = lists.may_have_effective_mass();
         warnings.append(&mut lists.warnings);
         Contacts::Listed(lists)
     };
@@ -84,7 +84,7 @@ pub(super) fn import_stream(
         joints: 0,
         kept: 0,
         contacts,
-        writer: TimelineWriter::create_for_contacts(output, &header, replace, has_effective_mass)?,
+        writer: TimelineWriter::create_for_contacts(output, &header, replace, may_have_mass)?,
     };
     scan_poses(path, &NamedBodies::of(&world), &mut stream)?;
     stream.part.to = f64::INFINITY;

@@ -4,10 +4,10 @@
 //! W J = Δv,  |J_t| ≤ μ J_n        m = 1 / nᵀ W n        at the centre of the pushes of a pair
 //! ```
 //!
-//! with their sum J, the jump Δv of the relative velocity there, and what W J an impulse changes of it, joints
-//! reacting ([`JoinedBodies`](clangor_sim::rigid::JoinedBodies)). A joint answers an impulse in its time, so
-//! that the momentum which a body gains is not what it was given: J of a fit of free bodies is wrong where
-//! nothing else says it. A free body that meets one on joints says it, as one that meets a hand does
+//! with their sum J, the jump Δv of the relative velocity there, and what W J an impulse changes of it,
+//! joints reacting ([`JoinedBodies`](clangor_sim::rigid::JoinedBodies)). A joint answers an impulse in its
+//! time, so that the momentum which a body gains is not what it was given: J of a fit of free bodies is wrong
+//! where nothing else says it. A free body that meets one on joints says it, as one that meets a hand does
 //! (`led_members`).
 //!
 //! The motion must be that of the joints: one that has left them by more than a part of the body moves free

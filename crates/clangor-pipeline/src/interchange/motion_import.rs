@@ -161,6 +161,7 @@ fn import_in_memory(
         );
     }
     remarks.extend(unrecorded(&world, &recorded));
+    remarks.extend(unbroken(loaded, &recorded));
     let (mut found, mut step) = (None, None);
     let (contacts, states) = if files.contacts.is_empty() {
         let part = Part { from: 0.0, to: f64::INFINITY, overlap: 0.0 };
@@ -204,6 +205,19 @@ fn import_in_memory(
 
 fn name_of(world: &World, id: BodyId) -> String {
     world.bodies.get(id.index()).map_or_else(String::new, |body| body.name.clone())
+}
+
+/// Bodies that would break in a simulation, and whose motion is recorded.
+fn unbroken(loaded: &LoadedScene, recorded: &[RecordedBody]) -> Option<String> {
+    let is_moved = |id: BodyId| recorded.iter().any(|body| body.body == id);
+    let whole = loaded.breakables.iter().filter(|breakable| is_moved(breakable.body));
+    let names: Vec<String> = whole.map(|breakable| name_of(&loaded.world, breakable.body)).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "`fracture` does nothing for bodies that the files move, which stay whole: {}",
+            names.join(", ")
+        )
+    })
 }
 
 /// Bodies that could move, but stand still since no file moves them.

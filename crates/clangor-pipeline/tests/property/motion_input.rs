@@ -466,3 +466,35 @@ fn property_a_kinematic_node_yields_to_no_impact() {
         "{notices:?}"
     );
 }
+
+#[test]
+fn property_a_key_without_a_rotation_is_refused_with_its_number() {
+    for (interpolation, values) in [
+        ("LINEAR", vec![0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]),
+        ("CUBICSPLINE", [[0.0; 4], [0.0, 0.0, 0.0, 1.0], [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]].concat()),
+    ] {
+        let curve = Channel { path: "rotation", interpolation, keys: vec![0.0, 1.0], values };
+        let message = stone(&json!({}), &[curve]).unwrap_err();
+        assert!(message.contains("rotation") && message.contains("key 1 has length 0"), "{message}");
+    }
+}
+
+#[test]
+fn property_bodies_that_leave_their_joints_or_would_break_are_named() {
+    let scene = SCENE.to_string()
+        + "[[body]]\nname = \"tile\"\nshape = \"box:0.1x0.1x0.01\"\nmaterial = \"glass\"\nfracture = {}\n\
+           position = [2.0, 1.0, 0.0]\n[[hinge]]\nbody = \"tile\"\npoint = [2.0, 1.05, 0.0]\naxis = [0, 0, 1]\n";
+    let poses = |speed: f64| {
+        let row = |k: u32| format!("{:?},tile,{:?},1,0\n", f64::from(k) / 60.0, 2.0 + speed * f64::from(k));
+        format!("{HEAD}{}", (0..30).map(row).collect::<String>())
+    };
+    // Radius 71 mm: 58 mm are more than 5 % of it, 2.9 mm are not.
+    for (speed, leaves) in [(0.002, true), (0.0001, false)] {
+        let folder = folder(&scene, &[("a.csv", &poses(speed))]);
+        let notices = import(folder.path(), &["a.csv"], &[], false).unwrap().notices;
+        println!("{notices:?}");
+        let named = |text: &str| notices.iter().any(|notice| notice.contains(text));
+        assert_eq!(named("tile leaves the joints of the scene by up to 58.0 mm"), leaves, "{notices:?}");
+        assert!(named("`fracture` does nothing") && named("stay whole: tile"), "{notices:?}");
+    }
+}

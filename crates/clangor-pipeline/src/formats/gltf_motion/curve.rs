@@ -11,6 +11,9 @@ use crate::formats::mesh_reader::gltf::document::{Accessor, Animation, Channel, 
 use crate::formats::mesh_reader::gltf::morph_weights;
 use crate::motion::recording::{MAX_TIME, TimeUnit};
 
+/// Length of a quaternion from which it is a rotation.
+const LEAST_ROTATION: f64 = 1e-6;
+
 /// How values lie between keys.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Interpolation {
@@ -111,14 +114,21 @@ fn read(
     if let Some(key) = values.iter().position(|value| !value.is_finite()) {
         return Err(fault(format!("key {} is not finite", key / per_key)));
     }
+    let of_key = |key: usize| values[per_key * key + per_key / 2];
+    if let Some(key) = (0..times.len()).find(|key| is_rotation && of_key(*key).length() < LEAST_ROTATION) {
+        return Err(fault(format!("key {key} has length 0, which is no rotation")));
+    }
     if let Some(key) = times.windows(2).position(|w| w[0] >= w[1] || !w[0].is_finite() || !w[1].is_finite()) {
         return Err(fault(format!("its times do not rise at key {}", key + 1)));
     }
     if let Some(key) = times.iter().position(|time| !(0.0..=MAX_TIME).contains(time)) {
         let time = times[key];
+        let remedy = match time < 0.0 {
+            true => "move all keys of the file to later times",
+            false => "times in milliseconds need --time-scale 0.001",
+        };
         return Err(fault(format!(
-            "key {key} is at t = {time} s; times run from 0 to {MAX_TIME} s; times in milliseconds need \
-             --time-scale 0.001"
+            "key {key} is at t = {time} s; times run from 0 to {MAX_TIME} s; {remedy}"
         )));
     }
     if interpolation == Interpolation::Cubic {

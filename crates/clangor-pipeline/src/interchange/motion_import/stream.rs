@@ -11,7 +11,7 @@ use super::listed::{ListedContacts, span};
 use super::pose_rows::pose_rows;
 use super::recording::{FramesOfTable, start};
 use super::survey::{KEPT, MOST_STREAMED, StreamPlan, Survey};
-use super::{FoundImpacts, MotionFiles, MotionImportError, MotionSummary, name_of, unrecorded};
+use super::{FoundImpacts, MotionFiles, MotionImportError, MotionSummary, name_of, unbroken, unrecorded};
 use crate::formats::named_bodies::NamedBodies;
 use crate::formats::pose_table::{PoseSink, PoseTableError, PositionOf, insert, scan_poses};
 use crate::formats::record_table::MAX_ROWS;
@@ -49,6 +49,7 @@ pub(super) fn import_stream(
     let name = |id: BodyId| name_of(&world, id);
     let mut remarks: Vec<String> = notices(&checks, 0, &name).iter().map(ToString::to_string).collect();
     remarks.extend(unrecorded(&world, &recorded));
+    remarks.extend(unbroken(loaded, &recorded));
     let falls = fall_remarks(&world, files, (&checks, &vec![path; checks.len()]), None);
     let mut warnings = falls.warnings;
     // Whether a hand leads a body in some impact is known at the end.

@@ -225,7 +225,7 @@ pub(super) struct Push {
 }
 
 impl Push {
-    pub(super) fn normal_impulse(&self) -> f64 {
+    fn normal_impulse(&self) -> f64 {
         self.impulse.dot(self.normal)
     }
 }

@@ -214,7 +214,7 @@ impl GltfFile {
     pub(crate) fn records(&self, accessor: &Accessor) -> Result<impl Iterator<Item = &[u8]>, MeshFault> {
         let syntax = |reason| MeshFault::Syntax { reason };
         if accessor.sparse.is_some() {
-            return Err(syntax("sparse accessors are not read; export the mesh without them"));
+            return Err(syntax("sparse accessors are not read; export the file without them"));
         }
         let view = accessor.buffer_view.and_then(|v| self.document.buffer_views.get(v));
         let view = view.ok_or(syntax("an accessor has no buffer view; export without compression"))?;

@@ -483,7 +483,8 @@ fn property_a_key_without_a_rotation_is_refused_with_its_number() {
 fn property_bodies_that_leave_their_joints_or_would_break_are_named() {
     let scene = SCENE.to_string()
         + "[[body]]\nname = \"tile\"\nshape = \"box:0.1x0.1x0.01\"\nmaterial = \"glass\"\nfracture = {}\n\
-           position = [2.0, 1.0, 0.0]\n[[hinge]]\nbody = \"tile\"\npoint = [2.0, 1.05, 0.0]\naxis = [0, 0, 1]\n";
+           position = [2.0, 1.0, 0.0]\n\
+           [[hinge]]\nbody = \"tile\"\npoint = [2.0, 1.05, 0.0]\naxis = [0, 0, 1]\n";
     let poses = |speed: f64| {
         let row = |k: u32| format!("{:?},tile,{:?},1,0\n", f64::from(k) / 60.0, 2.0 + speed * f64::from(k));
         format!("{HEAD}{}", (0..30).map(row).collect::<String>())

@@ -228,15 +228,25 @@ impl Batch {
     /// Puts the value of a row into its cell; rows come in order.
     fn take(&mut self, index: usize, cells: &mut [Cell]) {
         let cell = &mut cells[self.place];
-        if self.present > 0 && self.levels.get(index) != Some(&self.present) {
+        let is_present = self.present == 0 || self.levels.get(index) == Some(&self.present);
+        match (self.numbers.get(self.next), &mut *cell) {
+            // Of most columns each row is a number, as that before.
+            (Some(number), Cell::Number(before)) if is_present => {
+                *before = *number;
+                self.next += 1;
+            }
+            _ => self.take_any(is_present, cell),
+        }
+    }
+
+    #[inline(never)]
+    fn take_any(&mut self, is_present: bool, cell: &mut Cell) {
+        if !is_present {
             *cell = Cell::Empty;
             return;
         }
         if let Some(number) = self.numbers.get(self.next) {
-            match cell {
-                Cell::Number(before) => *before = *number,
-                _ => *cell = Cell::Number(*number),
-            }
+            *cell = Cell::Number(*number);
         } else if let Some(text) = self.texts.get(self.next) {
             // The name of a body often follows itself.
             if !matches!(&*cell, Cell::Text(before) if before.as_bytes() == text.data()) {

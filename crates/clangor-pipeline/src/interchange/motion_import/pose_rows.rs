@@ -19,7 +19,10 @@ pub(super) fn velocities(frames: &[Frame], at: usize) -> (DVec3, DVec3) {
     if span <= 0.0 {
         return (DVec3::ZERO, DVec3::ZERO);
     }
-    ((to.pose.position - from.pose.position) / span, from.pose.rotation_to(&to.pose) / span)
+    let velocity = (to.pose.position - from.pose.position) / span;
+    // What rests does not turn, which need not be computed.
+    let turns = from.pose.orientation != to.pose.orientation;
+    (velocity, if turns { from.pose.rotation_to(&to.pose) / span } else { DVec3::ZERO })
 }
 
 /// The frames from one instant until before another in order of time, those of one time in the order of the

@@ -22,8 +22,17 @@ const OPEN: f64 = 0.05;
 const INSTANTS: usize = 32;
 
 /// How far the joints of a body may be off \[m, or rad\].
-pub(crate) fn most_open(world: &World, body: BodyId) -> f64 {
+fn most_open(world: &World, body: BodyId) -> f64 {
     OPEN * world.bodies[body.index()].surface.bounding_radius().min(1.0)
+}
+
+/// Whether the joints of these bodies are closed in these poses, as far as recordings go.
+pub(crate) fn are_closed(
+    (world, joined): (&World, &JoinedBodies<'_>),
+    bodies: [BodyId; 2],
+    poses: &dyn Fn(BodyId) -> Pose,
+) -> bool {
+    bodies.into_iter().all(|body| joined.gap(body, poses) <= most_open(world, body))
 }
 
 /// The bodies that leave their joints: how far at most \[m, or rad\], and in which frame.

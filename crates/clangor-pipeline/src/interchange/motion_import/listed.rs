@@ -15,7 +15,7 @@ use super::{MotionFiles, MotionImportError};
 use crate::formats::contact_list::{ListedContact, read_listed_contacts};
 use crate::formats::named_bodies::NamedBodies;
 use crate::motion::contact_checks::{ContactChecks, ContactFault, check_clock, time_outside};
-use crate::motion::open_joints::most_open;
+use crate::motion::open_joints::are_closed;
 use crate::motion::recording::RecordedBody;
 use crate::motion::repeated_contacts::RepeatedContacts;
 
@@ -134,8 +134,7 @@ fn mass_on_joints(
     poses: &dyn Fn(BodyId) -> Pose,
 ) -> Option<f64> {
     let bodies = [row.body_a, row.body_b];
-    let is_open = |body: &BodyId| joined.gap(*body, poses) > most_open(world, *body);
-    if row.kind != ContactKind::Impact || bodies.iter().any(is_open) {
+    if row.kind != ContactKind::Impact || !are_closed((world, joined), bodies, poses) {
         return None;
     }
     let mut pair = joined.pair(&JoinedContact { bodies, point: row.point, time: row.time, poses })?;

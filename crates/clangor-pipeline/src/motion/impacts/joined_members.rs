@@ -21,7 +21,7 @@ use super::led_members::jump_at;
 use super::meetings::Push;
 use super::{Event, Member, Scene};
 use crate::motion::impulse_fit::FitContact;
-use crate::motion::open_joints::{most_open, pose_between};
+use crate::motion::open_joints::{are_closed, pose_between};
 use crate::motion::touch::Touch;
 
 /// Mobility across the normal, over that along it, below which joints block a direction.
@@ -46,7 +46,7 @@ impl Scene<'_> {
             let frames = self.kinematics[body.index()].as_ref().map_or(&[][..], |known| known.frames);
             pose_between(&self.world.bodies[body.index()], frames, time)
         };
-        if bodies.iter().any(|body| joined.gap(*body, &frames) > most_open(self.world, *body)) {
+        if !are_closed((self.world, joined), bodies, &frames) {
             return None;
         }
         let poses = |body: BodyId| {

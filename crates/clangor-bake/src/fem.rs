@@ -23,6 +23,7 @@ mod products;
 mod rigid_motions;
 pub mod supports;
 mod system;
+mod vertex_cover;
 
 use clangor_core::material::Material;
 

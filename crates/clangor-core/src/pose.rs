@@ -32,6 +32,15 @@ impl Pose {
         self.orientation.inverse() * (point_world - self.position)
     }
 
+    /// The pose at the part `s` of the way to another: linear in position, by the shortest rotation at constant
+    /// rate in orientation.
+    pub fn between(&self, other: &Pose, s: f64) -> Pose {
+        Pose {
+            position: self.position.lerp(other.position, s),
+            orientation: self.orientation.slerp(other.orientation, s).normalize(),
+        }
+    }
+
     /// The shortest rotation to another orientation: axis in the world times angle \[rad\].
     pub fn rotation_to(&self, other: &Pose) -> DVec3 {
         let turn = other.orientation * self.orientation.inverse();

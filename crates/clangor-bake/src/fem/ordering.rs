@@ -6,8 +6,7 @@
 //!
 //! Dissection uses the positions of the nodes. A set of nodes is cut across its longest extent, near the
 //! median and where the fewest nodes have neighbours beyond. The smallest set of nodes that touches all edges
-//! across the cut separates the halves. It is a minimum vertex cover of a bipartite graph: by König's
-//! theorem, as large as a maximum matching.
+//! across the cut separates the halves ([`vertex_cover`](super::vertex_cover)).
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
@@ -16,6 +15,7 @@ use glam::DVec3;
 
 use super::ElasticSystem;
 use super::out_of_memory::OutOfMemory;
+use super::vertex_cover::{Across, VertexCovers};
 
 /// Largest set of nodes that is not cut further.
 const LEAF: usize = 12;
@@ -139,7 +139,7 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
     let count = positions.len();
     let mut order = vec![0_u32; count];
     let mut side = vec![0_u32; count];
-    let mut matched = vec![NONE; count];
+    let mut covers = VertexCovers::new(count);
     let mut rank = vec![NONE; count];
     let mut mark = 0;
     // Stack of node sets with the end of their range in the order: separators come last.
@@ -164,7 +164,8 @@ fn dissect(graph: &Graph, positions: &[DVec3]) -> Vec<u32> {
         mark += 2;
         left.iter().for_each(|n| side[*n as usize] = mark);
         right.iter().for_each(|n| side[*n as usize] = mark + 1);
-        let cover = vertex_cover(graph, left, &side, mark + 1, &mut matched);
+        let edges = Across { neighbours: |n: u32| graph.of_node(n), side: &side, right: mark + 1 };
+        let cover = covers.cover(left, &edges);
         cover.iter().for_each(|n| side[*n as usize] = 0);
         let rest =
             |half: &[u32]| -> Vec<u32> { half.iter().copied().filter(|n| side[*n as usize] != 0).collect() };
@@ -206,78 +207,4 @@ fn narrowest(graph: &Graph, set: &[u32], rank: &mut [u32]) -> usize {
         }
     }
     best.1
-}
-
-/// Fewest nodes that touch every edge between `left` and the nodes of side `right`.
-///
-/// `matched` is all [`NONE`] before and after.
-fn vertex_cover(graph: &Graph, left: &[u32], side: &[u32], right: u32, matched: &mut [u32]) -> Vec<u32> {
-    let across = |n: u32| graph.of_node(n).iter().copied().filter(|m| side[*m as usize] == right);
-    let border: Vec<u32> = left.iter().copied().filter(|n| across(*n).next().is_some()).collect();
-    // Augmenting paths by depth-first search (Kuhn 1955), from a greedy matching.
-    for n in &border {
-        if let Some(free) = across(*n).find(|m| matched[*m as usize] == NONE) {
-            (matched[*n as usize], matched[free as usize]) = (free, *n);
-        }
-    }
-    let mut visited: Vec<u32> = Vec::new();
-    let mut seen = std::collections::BTreeSet::new();
-    for n in &border {
-        if matched[*n as usize] == NONE {
-            seen.clear();
-            augment(*n, &across, matched, &mut seen);
-        }
-    }
-    // König: follow alternating paths from the free left nodes. The cover is the unreached left nodes and the
-    // reached right nodes.
-    seen.clear();
-    let mut front: Vec<u32> = border.iter().copied().filter(|n| matched[*n as usize] == NONE).collect();
-    let mut reached: std::collections::BTreeSet<u32> = front.iter().copied().collect();
-    while let Some(n) = front.pop() {
-        for m in across(n) {
-            if seen.insert(m) {
-                visited.push(m);
-                let back = matched[m as usize];
-                if back != NONE && reached.insert(back) {
-                    front.push(back);
-                }
-            }
-        }
-    }
-    let mut cover: Vec<u32> = border.iter().copied().filter(|n| !reached.contains(n)).collect();
-    cover.extend(&visited);
-    // Restore the scratch array.
-    for n in &border {
-        let other = std::mem::replace(&mut matched[*n as usize], NONE);
-        if other != NONE {
-            matched[other as usize] = NONE;
-        }
-    }
-    cover
-}
-
-/// Searches for a path from a free left node to a free right one, and flips it.
-fn augment<I: Iterator<Item = u32>>(
-    start: u32,
-    across: &impl Fn(u32) -> I,
-    matched: &mut [u32],
-    seen: &mut std::collections::BTreeSet<u32>,
-) {
-    // Each level: a left node, and its right nodes that are still untried.
-    let mut path: Vec<(u32, I, u32)> = vec![(start, across(start), NONE)];
-    while let Some((_, choices, taken)) = path.last_mut() {
-        let Some(m) = choices.find(|m| seen.insert(*m)) else {
-            path.pop();
-            continue;
-        };
-        *taken = m;
-        let back = matched[m as usize];
-        if back == NONE {
-            for (n, _, m) in path {
-                (matched[n as usize], matched[m as usize]) = (m, n);
-            }
-            return;
-        }
-        path.push((back, across(back), NONE));
-    }
 }

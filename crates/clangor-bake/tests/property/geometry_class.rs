@@ -65,6 +65,8 @@ fn bodies_of_revolution_find_their_section() {
         "coin:0.0375x0.001",
         "coin:0.09x0.0006",
         "cylinder:0.01x0.05",
+        "cylinder:0.005x0.5",
+        "cylinder:0.002x0.3",
         "bowl",
         "plate",
         "wineglass",
@@ -72,6 +74,7 @@ fn bodies_of_revolution_find_their_section() {
         "ring",
         "torus:0.02x0.006",
         "torus:0.05x0.002",
+        "torus:0.1x0.0005",
     ] {
         let exact =
             Shape::parse(shape).expect("a shape").meridian().expect("a section").about_centre_of_mass();

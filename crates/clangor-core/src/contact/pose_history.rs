@@ -92,11 +92,7 @@ impl PoseHistory {
         if before.pose == after.pose {
             return before.pose;
         }
-        let s = (time - before.time) / (after.time - before.time);
-        Pose {
-            position: before.pose.position.lerp(after.pose.position, s),
-            orientation: before.pose.orientation.slerp(after.pose.orientation, s).normalize(),
-        }
+        before.pose.between(&after.pose, (time - before.time) / (after.time - before.time))
     }
 
     /// Velocity [m/s] of the point of a body at `point` [m, world] at a time \[s\]; `None` without a row at

@@ -123,10 +123,12 @@ fn parse(text: &str) -> (&str, Spanned<DeTable<'_>>, Vec<toml::de::Error>) {
 
 /// Adds the syntax errors, and drops errors that may result from them.
 fn keep_certain_errors(d: &mut Decoder<'_>, syntax_errors: &[toml::de::Error]) {
-    let places: Vec<(Place, String)> = syntax_errors
+    let mut places: Vec<(Place, String)> = syntax_errors
         .iter()
         .map(|e| (d.place(e.span().unwrap_or(0..0), ""), e.message().to_owned()))
         .collect();
+    // The parser may have two words for one fault, as for the number -.2.
+    places.dedup_by_key(|(place, _)| place.span.start);
     let broken_lines: BTreeSet<usize> = places.iter().map(|(place, _)| place.line).collect();
     d.errors.retain(|e| {
         let echo = matches!(

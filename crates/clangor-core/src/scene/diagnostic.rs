@@ -389,12 +389,18 @@ fn shape_remedy(error: &ShapeError) -> String {
     }
 }
 
+/// Parts of the messages of the parser on numbers.
+const NUMBER_ERRORS: [&str; 6] =
+    ["mantissa", "fraction", "exponent", "leading zero", "numeric sign", "float"];
+
 /// A remedy for the most frequent errors of TOML syntax.
 fn syntax_remedy(message: &str) -> &'static str {
     if message.contains("duplicate") {
         "keep one of the two, or write [[...]] for a list of tables"
     } else if message.contains("string") || message.contains("quote") {
         "put text between a pair of double quotes on one line"
+    } else if NUMBER_ERRORS.iter().any(|part| message.contains(part)) {
+        "write a number as 12, -0.5 or 1.2e-3: no zero before other digits, and digits on both sides of a point"
     } else if message.contains("key with no value") || message.contains("missing value") {
         "write `key = value`"
     } else if message.contains("array") {

@@ -535,6 +535,12 @@ fn syntax_errors_do_not_hide_the_others() {
         ],
     );
     refuse("version = 1\n[[body]\n", &[("2:8", "", "not valid TOML", "close")]);
+    let numbers = [(".2", 15), ("-.2", 15), ("1.", 17), ("01", 15), ("+-3", 16), ("1e", 17)];
+    for (number, column) in numbers {
+        let at = format!("2:{column}");
+        let text = format!("version = 1\ngravity = [0, {number}, 0]\n");
+        refuse(&text, &[(&at, "", "not valid TOML", "write a number as 12, -0.5 or 1.2e-3")]);
+    }
     refuse("version = 1\ngravity = [0, 1, 0", &[("2:19", "", "not valid TOML", "close the array")]);
 }
 

@@ -183,7 +183,7 @@ fn sample(
         while track.len() as f64 / rate <= row.time {
             let instant = track.len() as f64 / rate;
             let s = if row.time > time { (instant - time) / (row.time - time) } else { 1.0 };
-            track.push(between(&pose, &next, s.clamp(0.0, 1.0)));
+            track.push(pose.between(&next, s.clamp(0.0, 1.0)));
         }
         latest[body] = (row.time, next);
     }
@@ -205,14 +205,6 @@ fn sample(
             finish_track(body, poses)
         })
         .collect())
-}
-
-/// Linear in position, along the shorter arc in orientation.
-fn between(a: &Pose, b: &Pose, s: f64) -> Pose {
-    Pose {
-        position: a.position.lerp(b.position, s),
-        orientation: a.orientation.normalize().slerp(b.orientation, s),
-    }
 }
 
 /// Keeps quaternions on one side, as viewers interpolate their components; a body that never moves needs no

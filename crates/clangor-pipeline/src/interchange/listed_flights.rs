@@ -100,11 +100,16 @@ impl ListedFlights {
                     }
                     let (speed, place) = found.approach;
                     let listed = self.approaches.get(place).copied().unwrap_or(0.0);
-                    if speed > APPROACH_TOLERANCE * listed {
+                    if listed > 0.0 && speed > listed {
                         notices.push(format!(
-                            "{name} approaches by its flights with up to {speed:.3} m/s more or \
-                            less than listed \
-                             (row {}, {listed:.3} m/s); the list is taken",
+                            "{name} moves away from what it hits by its flight, or much faster than listed \
+                             (row {}, {listed:.3} m/s): see whether the normal points from body_b to body_a",
+                            line(place)
+                        ));
+                    } else if speed > APPROACH_TOLERANCE * listed {
+                        notices.push(format!(
+                            "the approach of {name} by its flights differs from that of the list by up to \
+                             {speed:.3} m/s (row {}, {listed:.3} m/s); the list is taken",
                             line(place)
                         ));
                     }

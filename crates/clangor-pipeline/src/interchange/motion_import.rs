@@ -21,7 +21,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clangor_core::body::{Body, BodyId, Motion, World};
-use clangor_core::timeline::{PoseRow, TimelineSink};
+use clangor_core::timeline::{ContactRow, PoseRow, TimelineSink};
 
 use super::imported_header::imported_header;
 use crate::formats::timeline_file::{TimelineSummary, TimelineWriter};
@@ -114,7 +114,10 @@ impl FoundImpacts {
             count => format!("{count} jumps of the motion touch nothing and are silent, the first"),
         };
         let name = name_of(world, body);
-        Some(format!("{jumps} of {name} at t = {time:.4} s: a hand, or a body that is not in the files"))
+        Some(format!(
+            "{jumps} of {name} at t = {time:.4} s: a hand, a body that is not in the files, or surfaces \
+             that stay apart (a collision margin)"
+        ))
     }
 }
 
@@ -185,6 +188,7 @@ fn import_in_memory(
         warnings.append(&mut lists.warnings);
         (contacts, Vec::<PoseRow>::new())
     };
+    remarks.extend(unheard(&world, &held, &contacts));
     let last_of = |body: &Body| body.motion.track()?.keys().last().map(|key| key.time);
     let frames = recorded.iter().filter_map(|body| Some(body.frames.last()?.time));
     let keys = world.bodies[loaded.world.bodies.len()..].iter().filter_map(last_of);
@@ -216,6 +220,19 @@ fn unbroken(loaded: &LoadedScene, recorded: &[RecordedBody]) -> Option<String> {
         format!(
             "`fracture` does nothing for bodies that the files move, which stay whole: {}",
             names.join(", ")
+        )
+    })
+}
+
+/// Bodies that are moved from outside and strike nothing: what cannot move does not sound under them.
+fn unheard(world: &World, held: &[BodyId], contacts: &[ContactRow]) -> Option<String> {
+    let strikes = |id: &BodyId| contacts.iter().any(|row| [row.body_a, row.body_b].contains(id));
+    let silent: Vec<String> = held.iter().filter(|id| !strikes(id)).map(|id| name_of(world, *id)).collect();
+    (!silent.is_empty()).then(|| {
+        format!(
+            "no impact moves these bodies (isKinematic, or a mass of 0), and they have none on what cannot \
+             move either: {}; without that mark their impacts follow from their motion",
+            silent.join(", ")
         )
     })
 }

@@ -14,6 +14,7 @@
 //! mass that is given counts where it is the larger one: links on joints are heavier than they are alone.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use clangor_core::body::{Body, BodyId, Motion, Surface, World};
 use clangor_core::pose::Pose;
@@ -65,6 +66,17 @@ pub enum ContactFault {
         body: String,
         /// Speed of separation [m/s].
         speed: f64,
+    },
+    /// An impact without speed.
+    #[error(
+        "row {row}: {body} does not approach what it hits: its speed before the impact is 0; give the speed of \
+         approach, or the kind contact for what rests"
+    )]
+    Still {
+        /// Line of a text, row of a Parquet file.
+        row: usize,
+        /// The body.
+        body: String,
     },
     /// A normal that would pull a body into a plane.
     #[error(
@@ -170,6 +182,11 @@ pub enum ContactNotice {
 
 /// Where bodies are; `None` where that is not known.
 pub type PoseOf<'a> = &'a dyn Fn(BodyId, f64) -> Option<Pose>;
+
+/// What to say of a list without contacts.
+pub(crate) fn no_contacts(path: &Path) -> String {
+    format!("{} has no contacts: what it should give makes no sound", path.display())
+}
 
 /// The first contact at a time that no timeline has.
 pub fn time_outside(rows: &[ListedContact]) -> Option<&ListedContact> {
@@ -370,8 +387,10 @@ fn check_physics(
     }
     // Of an impact at several points, or in several steps, some may recede.
     let speed = row.velocity.dot(row.normal);
-    if speed > 0.0 && !limits.approaching.contains(&row.impact_id) {
-        return Err(ContactFault::Recedes { row: number, body: body(), speed });
+    if speed >= 0.0 && !limits.approaching.contains(&row.impact_id) {
+        let still = ContactFault::Still { row: number, body: body() };
+        let recedes = ContactFault::Recedes { row: number, body: body(), speed };
+        return Err(if speed > 0.0 { recedes } else { still });
     }
     let impulse = row.impulse_n;
     if impulse > possible {
@@ -405,9 +424,14 @@ fn check_planes(
     }
     let turned = ContactRow { normal: -row.normal, ..*row };
     let plane = plane_at(world, &turned).and_then(|id| world.bodies.get(id.index()));
-    let place = pose_of(row.body_a, row.time).map(|pose| pose.position);
-    match plane.zip(place) {
-        Some((plane, place)) if (row.point - place).dot(upward(plane)) < 0.0 => fault(row.body_a, plane),
+    // Below the surface of a half-space no body can be, wherever it is.
+    let is_above = |plane: &Body| {
+        let place = pose_of(row.body_a, row.time).map(|pose| pose.position);
+        matches!(*plane.surface, Surface::HalfSpace)
+            || place.is_some_and(|place| (row.point - place).dot(upward(plane)) < 0.0)
+    };
+    match plane {
+        Some(plane) if is_above(plane) => fault(row.body_a, plane),
         _ => Ok(()),
     }
 }

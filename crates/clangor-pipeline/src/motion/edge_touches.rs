@@ -10,12 +10,11 @@
 //! along n is that of the surfaces. Hollow edges meet nothing. What touches at an end of an edge is a corner,
 //! which is found by the points of the surfaces.
 
-use std::collections::BTreeMap;
-
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::pose::Pose;
 use glam::DVec3;
 
+use super::parting_normals::faces_of_edges;
 use super::touch::Touch;
 
 /// Cosine of the angle between the normals of two faces up to which their edge is sharp: 20°.
@@ -49,16 +48,9 @@ pub(super) struct Edges<'a> {
 
 /// The convex edges of a closed mesh; none if they are too many.
 pub(super) fn sharp_edges(mesh: &TriMesh) -> Vec<SharpEdge> {
-    let mut sides: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
-    for (face, triangle) in mesh.triangles.iter().enumerate() {
-        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
-            let (a, b) = (triangle[a], triangle[b]);
-            sides.entry([a.min(b), a.max(b)]).or_default().push(face);
-        }
-    }
     let normal = |face: usize| mesh.area_vector(face).normalize_or_zero();
     let mut edges = Vec::new();
-    for (ends, faces) in sides {
+    for (ends, faces) in faces_of_edges(mesh) {
         let &[one, two] = &faces[..] else { continue };
         let normals = [normal(one), normal(two)];
         let [a, b] = ends.map(|vertex| mesh.vertices[vertex as usize]);

@@ -11,6 +11,7 @@ use glam::DVec3;
 use super::fall_units::{unit_of_body, unit_of_frames};
 use super::file_units::{FileUnits, LikelyUnit};
 use super::free_falls::FreeFalls;
+use super::jump_windows::CLEAR_OF_NOISE;
 use super::pose_noise::PoseNoise;
 use super::quaternion_order::QuaternionOrder;
 use super::recording::{Frame, MAX_TIME, RecordingError, RecordingNotice};
@@ -25,6 +26,12 @@ const JUMP_SPEED: f64 = 5.0;
 const UNEVEN: f64 = 1.5;
 /// The same ratio up to which the frames have one length.
 const EVEN: f64 = 1.01;
+/// Jump of velocity hidden by noise from which a notice is given [m/s].
+const HIDES: f64 = 0.5;
+/// Deviation of a jump times the length of its frames, over that of a coordinate: √6.
+const JUMPS_OF_NOISE: f64 = 2.449_489_742_783_178;
+/// Length of a frame in which impacts of noisy positions are told from it \[s\].
+const LONG_ENOUGH: f64 = 1.0 / 120.0;
 /// Angle within a frame from which a notice is given \[rad\]: well below π, where the sense of rotation is
 /// lost.
 const FAST_TURN: f64 = 2.0;
@@ -44,6 +51,8 @@ pub(crate) struct FrameChecks {
     last: Option<Frame>,
     /// The one before it.
     before: Option<Frame>,
+    /// Mean velocity of the last interval [m/s], and its length \[s\].
+    interval: Option<(DVec3, f64)>,
     /// Speed of the last interval, and of the one before it; infinite before the first [m/s].
     speeds: [f64; 2],
     shortest: f64,
@@ -74,6 +83,7 @@ impl FrameChecks {
             gravity,
             last: None,
             before: None,
+            interval: None,
             speeds: [f64::INFINITY; 2],
             shortest: f64::INFINITY,
             longest: 0.0,
@@ -119,17 +129,18 @@ impl FrameChecks {
         check_numbers(name, frame)?;
         self.check_order(name, frame)?;
         let fall = self.free_falls.push(frame);
-        if let Some(order) = &mut self.order {
+        if let (None, Some(order)) = (&self.last, &mut self.order) {
             order.begin(frame.pose.orientation, frame.row);
         }
         if let (Some(fall), Some(order)) = (fall, &mut self.order) {
             order.push(&fall, frame.row);
         }
         if let Some(last) = self.last {
-            self.check_speed(name, &last, frame)?;
             let span = frame.time - last.time;
+            let velocity = (frame.pose.position - last.pose.position) / span;
+            self.check_speed(name, (&last, frame), velocity.length())?;
             (self.shortest, self.longest) = (self.shortest.min(span), self.longest.max(span));
-            self.noise.push((frame.pose.position - last.pose.position) / span, span, self.gravity);
+            self.noise.push(velocity, span, self.gravity);
             // The cosine of half the angle is cheap, the angle is not.
             if last.pose.orientation.dot(frame.pose.orientation).abs() < FAST_TURN_COSINE {
                 let angle = last.pose.rotation_to(&frame.pose).length();
@@ -137,8 +148,8 @@ impl FrameChecks {
                     self.fastest = (angle, frame.row);
                 }
             }
-            if let Some(before) = self.before {
-                self.count_fall([&before, &last, frame]);
+            if let Some((earlier, before)) = self.interval.replace((velocity, span)) {
+                self.count_fall((velocity - earlier) / (0.5 * (before + span)));
             }
         }
         self.before = self.last.replace(*frame);
@@ -153,8 +164,13 @@ impl FrameChecks {
         }
     }
 
-    fn check_speed(&mut self, name: &str, last: &Frame, frame: &Frame) -> Result<(), RecordingError> {
-        let speed = last.pose.position.distance(frame.pose.position) / (frame.time - last.time);
+    /// Checks the speed [m/s] between the last frame and the next.
+    fn check_speed(
+        &mut self,
+        name: &str,
+        (last, frame): (&Frame, &Frame),
+        speed: f64,
+    ) -> Result<(), RecordingError> {
         let teleport = |from: &Frame, to: &Frame, speed: f64| RecordingError::Teleport {
             body: name.into(),
             row: to.row,
@@ -184,14 +200,10 @@ impl FrameChecks {
         known.filter(LikelyUnit::makes_faster).or_else(of_frames)
     }
 
-    fn count_fall(&mut self, frames: [&Frame; 3]) {
-        let [a, b, c] = frames;
-        let (h, k) = (b.time - a.time, c.time - b.time);
-        let v = (b.pose.position - a.pose.position) / h;
-        let u = (c.pose.position - b.pose.position) / k;
-        let acceleration = (u - v) / (0.5 * (h + k));
+    /// Counts an acceleration [m/s²].
+    fn count_fall(&mut self, acceleration: DVec3) {
         let g = self.gravity.length();
-        if acceleration.length() <= NEAR_GRAVITY * g {
+        if acceleration.length_squared() <= (NEAR_GRAVITY * g).powi(2) {
             return;
         }
         let near = |direction: DVec3| (acceleration - direction).length() < NEAR_GRAVITY * g;
@@ -206,11 +218,16 @@ impl FrameChecks {
         let uneven = RecordingNotice::Uneven { body: name.into(), shortest, longest };
         let (angle, row) = self.fastest;
         let turn = RecordingNotice::FastTurn { body: name.into(), row, degrees: angle.to_degrees() };
+        let hidden = CLEAR_OF_NOISE * self.noise.of_jumps();
+        let noise = self.noise.of_jumps() * shortest / JUMPS_OF_NOISE;
+        let every = (LONG_ENOUGH / shortest).floor().clamp(0.0, f64::from(u32::MAX)) as u32;
+        let noisy = RecordingNotice::Noisy { body: name.into(), noise, hidden, every };
         let scalar_first = self.order.and_then(|order| order.scalar_first());
         let order = RecordingNotice::ScalarFirst { body: name.into(), row: scalar_first.unwrap_or(0) };
         let found = [
             (scalar_first.is_some(), order),
             (longest > UNEVEN * shortest, uneven),
+            (hidden > HIDES, noisy),
             (angle > FAST_TURN, turn),
         ];
         found.into_iter().filter(|(is_found, _)| *is_found).map(|(_, notice)| notice).collect()

@@ -131,11 +131,17 @@ impl FreeFalls {
 /// the time and the place of each.
 fn parabola(point: impl Fn(usize) -> (f64, DVec3)) -> Option<DVec3> {
     let [(t0, x0), (t3, x3), (t6, x6)] = [0, 3, 6].map(&point);
+    let size = x0.abs().max_element().max(x6.abs().max_element());
+    let least = BENT.0.max(BENT.1 * size);
+    // What rests or moves evenly, without a division.
+    let bend = (x6 - x3) * (t3 - t0) - (x3 - x0) * (t6 - t3);
+    if bend.length_squared() <= (least * (t6 - t0)).powi(2) {
+        return None;
+    }
     let (before, after) = ((x3 - x0) / (t3 - t0), (x6 - x3) / (t6 - t3));
     let half = (after - before) / (t6 - t0);
     let sagitta = half.length() * (t3 - t0) * (t6 - t3);
-    let size = x0.abs().max_element().max(x6.abs().max_element());
-    if sagitta <= BENT.0.max(BENT.1 * size) || !sagitta.is_finite() {
+    if !sagitta.is_finite() {
         return None;
     }
     let lies_on = |(t, x): (f64, DVec3)| {

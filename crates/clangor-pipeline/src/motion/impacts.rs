@@ -18,6 +18,7 @@ mod joined_members;
 mod last_keys;
 mod led_members;
 mod meetings;
+mod reach;
 mod releases;
 mod rolling;
 
@@ -26,12 +27,12 @@ use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId, Motion, World};
 use clangor_core::material::PairCoefficients;
-use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactRow, PoseRow};
 use clangor_sim::rigid::JoinedBodies;
 use glam::DVec3;
 
 use self::meetings::{Meeting, hear};
+use self::reach::Nearness;
 use super::impulse_fit::{FitBody, FitContact};
 use super::jump_windows::{JumpWindow, jump_windows};
 use super::kinematics::{Inertia, Kinematics, State};
@@ -39,17 +40,12 @@ use super::neighbours::Neighbours;
 use super::parts_of_one::windows_of_part;
 use super::recording::RecordedBody;
 use super::touch::Touch;
-use super::touching::{Placed, SampledSurface, may_touch, touches};
+use super::touching::SampledSurface;
 
-/// Gaps that count as touching: a share of the smaller body, a share of the way in a frame, and the digits of
-/// 32-bit files \[m\].
-const TOUCHING: (f64, f64, f64) = (0.003, 0.03, 2e-5);
 /// Factors on those gaps that are tried until something touches.
 const WIDER: [f64; 3] = [1.0, 4.0, 16.0];
 /// Other instants that are tried where nothing touches, in frames.
 const ELSEWHERE: [f64; 8] = [0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0];
-/// Largest gap of all, as a share of the smaller body.
-const WIDEST: f64 = 0.3;
 /// Friction above that of the materials that a recording may have: factor and sum.
 const FRICTION_SLACK: (f64, f64) = (1.25, 0.05);
 /// Unexplained share from which a wider gap is tried.
@@ -322,9 +318,13 @@ impl<'a> Scene<'a> {
                 next += 1;
                 continue;
             }
-            // What an impact sets in motion may rest on others, through which the impulse goes on; what has
-            // an impact of its own may be farther away at a wrong instant.
-            let factor = if one.window.is_some() { factor } else { 1.0 };
+            // What an impact sets in motion may rest on others, or meet them within the frame; what has an
+            // impact of its own may be farther away at a wrong instant.
+            let (factor, impact) = match one.window {
+                Some(_) => (factor, 0.0),
+                None => (1.0, start.velocity.length()),
+            };
+            let nearness = Nearness { span: start.span, factor, impact };
             let others = self.neighbours.of_body(one.body.index());
             for other in others.filter(|id| !self.move_as_one(one.body, *id)) {
                 let place = members.iter().position(|member| member.body == other);
@@ -342,7 +342,7 @@ impl<'a> Scene<'a> {
                 else {
                     continue;
                 };
-                let found = self.touches(&one, &member, start.span, factor);
+                let found = self.touches(&one, &member, &nearness);
                 if found.is_empty() {
                     continue;
                 }
@@ -421,36 +421,6 @@ impl<'a> Scene<'a> {
         };
         let fit = FitBody::moved(&kinematics.inertia, state.pose, jumps);
         Some(Member { body, time, state, window, fit, is_supported, is_led: false })
-    }
-
-    /// Whether a body comes near a member around an instant: a cheap test of balls around its way.
-    fn may_meet(&self, one: &Member, other: BodyId, time: f64) -> bool {
-        let Some((centre, way)) = self.kinematics[other.index()].as_ref().and_then(|k| k.way_around(time))
-        else {
-            return true;
-        };
-        let [a, b] = [one.body, other].map(|id| self.surfaces[id.index()].radius);
-        one.state.pose.position.distance(centre) < a + b + WIDEST * a.min(b) + way
-    }
-
-    fn placed(&self, body: BodyId, pose: Pose) -> Placed<'_> {
-        Placed { sampled: &self.surfaces[body.index()], pose }
-    }
-
-    fn touches(&self, a: &Member, b: &Member, span: f64, factor: f64) -> Vec<Touch> {
-        let [one, two] = [a, b].map(|member| self.placed(member.body, member.state.pose));
-        let size = one.sampled.radius.min(two.sampled.radius);
-        let (share, way, least) = TOUCHING;
-        if !may_touch(one, two, WIDEST * size) {
-            return Vec::new();
-        }
-        let spin = |member: &Member| {
-            let radius = self.surfaces[member.body.index()].radius;
-            if radius.is_finite() { member.state.angular_velocity.length() * radius } else { 0.0 }
-        };
-        let speed = (a.state.velocity - b.state.velocity).length() + spin(a).max(spin(b));
-        let within = factor * (share * size + way * speed * span + least);
-        touches(one, two, within.min(WIDEST * size))
     }
 }
 

@@ -33,6 +33,8 @@
 //! three:  Δ₃ = β Δ₄ + γ Δ₂ − γ α Δ₁         and (1 + γ)(Δ₂ − α Δ₁) between them        α, β, γ ≥ 0
 //! ```
 
+use std::ops::Range;
+
 use clangor_core::body::BodyId;
 use glam::{DMat3, DVec3};
 
@@ -48,12 +50,14 @@ const ALIKE_SIZE: f64 = 3.0;
 const ALIKE_DIRECTION: f64 = 0.8;
 const LEAST_PUSH: f64 = 0.3;
 const LASTING: f64 = 0.01;
+/// Difference of pushes that are the same, over g h.
+const STEADY: f64 = 0.15;
 /// Frames in a row whose push is the weight, from which something holds the body.
 const CARRIED: usize = 4;
 /// Mean speed in the first frame, over that of free fall, from which a body is not supported there.
 const MOVES: f64 = 0.05;
 /// Deviations of the noise on one axis that no jump of noise has: one in 60 000 has more.
-const CLEAR_OF_NOISE: f64 = 5.0;
+pub(super) const CLEAR_OF_NOISE: f64 = 5.0;
 /// Cosine between two jumps from which they are one.
 const SAME_DIRECTION: f64 = 0.9;
 /// Unexplained share of the energy of a jump up to which it is shared by two impacts.
@@ -403,7 +407,8 @@ fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
         let low = k.saturating_sub(NEIGHBOURS).max(1);
         let high = (k + NEIGHBOURS + 1).min(jumps.len().saturating_sub(1));
         let around = sizes.get(low..high).unwrap_or_default();
-        around.is_empty() || around.iter().filter(|size| **size < excess).count() > around.len() / 4
+        let stands_out = || around.iter().filter(|size| **size < excess).count() > around.len() / 4;
+        around.is_empty() || stands_out() || leaves_steady_push(jumps, k, (clear, fall))
     };
     // What rests or is carried for so many frames is no impact, where it has just begun.
     let is_carried =
@@ -411,22 +416,38 @@ fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
     (0..jumps.len()).map(|k| is_hit(k) && !is_carried(k) && !is_lasting(jumps, k, g)).collect()
 }
 
+/// Whether a jump differs from a push that is the same in the two frames before it and after it: that of a
+/// hinge or a hand which carries a door, and at few frames a second is as large as that of its stop.
+fn leaves_steady_push(jumps: &[Jump], k: usize, (clear, fall): (f64, f64)) -> bool {
+    let around = |frame: Option<usize>| frame.and_then(|frame| jumps.get(frame)).map(|jump| jump.velocity);
+    let frames = [k.checked_sub(2), k.checked_sub(1), Some(k + 1), Some(k + 2)];
+    let [Some(a), Some(b), Some(c), Some(d)] = frames.map(around) else { return false };
+    let steady = 0.25 * (a + b + c + d);
+    let is_steady = [a, b, c, d].iter().all(|push| push.distance(steady) < STEADY * fall);
+    is_steady && jumps[k].velocity.distance(steady) > unsupported_threshold(clear, fall)
+}
+
 /// Whether a jump is within a row of five that go over into each other, within 10 ms: a force that lasts, as
 /// under a body that rolls or spins. An impact at this rate is over within two frames, before which and after
 /// which the body flies or has its weight alone.
 fn is_lasting(jumps: &[Jump], k: usize, gravity: f64) -> bool {
+    let is_short = |row: Range<usize>| jumps[row].iter().map(|jump| jump.span).sum::<f64>() <= LASTING;
+    lasting_rows(jumps, k, gravity).any(is_short)
+}
+
+/// The rows of frames around a frame whose pushes go over into each other.
+pub(super) fn lasting_rows(jumps: &[Jump], k: usize, gravity: f64) -> impl Iterator<Item = Range<usize>> {
     let goes_over = |pair: &[Jump]| {
         let (a, b) = (pair[0].velocity, pair[1].velocity);
         let (one, two) = (a.length(), b.length());
         one.max(two) < ALIKE_SIZE * one.min(two) && a.dot(b) > ALIKE_DIRECTION * one * two
     };
-    let pushes = |jump: &Jump| jump.velocity.length() > LEAST_PUSH * gravity * jump.span;
-    let is_row = |around: &[Jump]| {
-        let length: f64 = around.iter().map(|jump| jump.span).sum();
-        length <= LASTING && around.iter().all(pushes) && around.windows(2).all(goes_over)
+    let pushes = move |jump: &Jump| jump.velocity.length() > LEAST_PUSH * gravity * jump.span;
+    let is_row = move |row: &Range<usize>| {
+        let around = jumps.get(row.clone()).unwrap_or_default();
+        !around.is_empty() && around.iter().all(pushes) && around.windows(2).all(goes_over)
     };
-    let row = |first: usize| jumps.get(first..first + ROW);
-    (k.saturating_sub(ROW - 2)..k).filter_map(row).any(is_row)
+    (k.saturating_sub(ROW - 2)..k).map(|first| first..first + ROW).filter(is_row)
 }
 
 /// Jump from which a frame counts where nothing supports the body [m/s]; `clear` is what sound and noise

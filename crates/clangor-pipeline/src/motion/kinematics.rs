@@ -52,6 +52,9 @@ impl Inertia {
 
     /// A jump of the velocity [m/s] and the angular momentum [kg m²/s] of a body turned by `orientation`.
     fn jump(&self, (velocity, angular_momentum): (DVec3, DVec3), orientation: DQuat, span: f64) -> Jump {
+        if angular_momentum == DVec3::ZERO {
+            return Jump { velocity, angular_momentum, size: velocity.length(), span };
+        }
         let own = orientation.inverse() * angular_momentum;
         let turning = own.dot(self.inverse * own).max(0.0) / self.mass;
         Jump { velocity, angular_momentum, size: (velocity.length_squared() + turning).sqrt(), span }
@@ -284,11 +287,16 @@ impl<'a> Kinematics<'a> {
 
 fn interval(from: &Frame, to: &Frame, inertia: &Inertia) -> Interval {
     let length = to.time - from.time;
+    let velocity = (to.pose.position - from.pose.position) / length;
+    // What rests does not turn, which need not be computed.
+    if from.pose.orientation == to.pose.orientation {
+        let (angular_velocity, angular_momentum) = (DVec3::ZERO, DVec3::ZERO);
+        return Interval { length, velocity, angular_velocity, angular_momentum };
+    }
     let angular_velocity = from.pose.rotation_to(&to.pose) / length;
     // Half way on the shorter way from one rotation to the other.
     let (start, end) = (from.pose.orientation, to.pose.orientation);
     let middle = (start + if start.dot(end) < 0.0 { -end } else { end }).normalize();
     let angular_momentum = middle * (inertia.inertia * (middle.inverse() * angular_velocity));
-    let velocity = (to.pose.position - from.pose.position) / length;
     Interval { length, velocity, angular_velocity, angular_momentum }
 }

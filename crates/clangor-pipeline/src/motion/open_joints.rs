@@ -99,10 +99,7 @@ pub(super) fn pose_between(body: &Body, frames: &[Frame], time: f64) -> Pose {
     let before = next.checked_sub(1).map(|last| &frames[last]);
     match (before, frames.get(next)) {
         (Some(before), Some(after)) => {
-            let part = (time - before.time) / (after.time - before.time);
-            let (from, to) = (before.pose, after.pose);
-            let orientation = from.orientation.slerp(to.orientation, part);
-            Pose { position: from.position.lerp(to.position, part), orientation }
+            before.pose.between(&after.pose, (time - before.time) / (after.time - before.time))
         }
         (Some(end), None) | (None, Some(end)) => end.pose,
         (None, None) => state_of_unrecorded(body, time).pose,

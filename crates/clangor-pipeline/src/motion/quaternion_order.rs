@@ -30,6 +30,8 @@ const HALF_TURN: DQuat = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
 const SAME: f64 = 1e-9;
 /// Falls that show the wrong order.
 const FEWEST: u64 = 3;
+/// Falls of a body that are looked at.
+const MOST: u64 = 10_000;
 
 /// What the falls of one body say.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +45,8 @@ pub(crate) struct QuaternionOrder {
     last: u64,
     /// Row of the first of the former.
     row: u64,
+    /// Falls that were looked at.
+    looked_at: u64,
     /// Row of the first frame, and whether it is (1, 0, 0, 0).
     begins: Option<(u64, bool)>,
 }
@@ -50,13 +54,13 @@ pub(crate) struct QuaternionOrder {
 impl QuaternionOrder {
     /// Of a body with this inertia [kg m²], whose file was turned so.
     pub(crate) fn new(inertia: DMat3, turn: DQuat) -> Self {
-        QuaternionOrder { inertia, turn, first: 0, last: 0, row: 0, begins: None }
+        QuaternionOrder { inertia, turn, first: 0, last: 0, row: 0, looked_at: 0, begins: None }
     }
 
     /// Takes the orientation of the first frame, which is in a row.
     pub(super) fn begin(&mut self, orientation: DQuat, row: u64) {
         let as_written = self.turn.inverse() * orientation;
-        self.begins.get_or_insert((row, as_written.abs_diff_eq(HALF_TURN, SAME)));
+        self.begins = Some((row, as_written.abs_diff_eq(HALF_TURN, SAME)));
     }
 
     /// The row of the first frame, if that is (1, 0, 0, 0).
@@ -66,6 +70,10 @@ impl QuaternionOrder {
 
     /// Takes times \[s\] and orientations of a fall that ends in a row.
     pub(super) fn push(&mut self, fall: &[(f64, DQuat); POINTS], row: u64) {
+        if self.looked_at == MOST {
+            return;
+        }
+        self.looked_at += 1;
         let to_file = self.turn.inverse();
         let scalar_first = fall.map(|(time, orientation)| {
             let DQuat { x, y, z, w } = to_file * orientation;

@@ -203,6 +203,25 @@ pub enum RecordingNotice {
         /// Its first row.
         row: u64,
     },
+    /// Positions whose noise hides impacts.
+    #[error(
+        "body {body}: its positions have a noise of {} mm, which hides impacts below {} m/s at this rate{}",
+        number(1e3 * noise), number(*hidden),
+        match every {
+            0 | 1 => String::new(),
+            _ => format!("; with every {every}th frame alone, about {} m/s", number(hidden / f64::from(*every))),
+        }
+    )]
+    Noisy {
+        /// The body.
+        body: String,
+        /// Deviation of a coordinate \[m\].
+        noise: f64,
+        /// Jump that does not stand out [m/s].
+        hidden: f64,
+        /// Frames of which one is enough for the impacts that others hide.
+        every: u32,
+    },
     /// A body that turns too fast for its frames.
     #[error(
         "body {body}, row {row}: it turns by {degrees:.0}° within a frame; turns beyond 180° cannot be \

@@ -17,6 +17,7 @@ use glam::DVec3;
 
 use super::area_corners::spread;
 use super::edge_touches::{Edges, SharpEdge, edge_touches, sharp_edges};
+use super::parting_normals::{ConvexCorners, parting};
 use super::touch::Touch;
 
 /// Edges are divided into parts of at most this share of the bounding radius.
@@ -36,16 +37,19 @@ pub(super) struct SampledSurface {
     pub(super) radius: f64,
     points: Vec<DVec3>,
     edges: Vec<SharpEdge>,
+    convex: Option<ConvexCorners>,
 }
 
 impl SampledSurface {
     pub(super) fn new(surface: &Arc<Surface>) -> Self {
         let radius = surface.bounding_radius();
-        let (points, edges) = match &**surface {
-            Surface::Mesh(mesh) => (sample(&mesh.mesh, EDGE_SHARE * radius), sharp_edges(&mesh.mesh)),
-            _ => (Vec::new(), Vec::new()),
-        };
-        SampledSurface { surface: Arc::clone(surface), radius, points, edges }
+        let (mut points, mut edges, mut convex) = (Vec::new(), Vec::new(), None);
+        if let Surface::Mesh(mesh) = &**surface {
+            points = sample(&mesh.mesh, EDGE_SHARE * radius);
+            edges = sharp_edges(&mesh.mesh);
+            convex = ConvexCorners::of(&mesh.mesh);
+        }
+        SampledSurface { surface: Arc::clone(surface), radius, points, edges, convex }
     }
 }
 
@@ -100,7 +104,7 @@ pub(super) fn may_touch(a: Placed<'_>, b: Placed<'_>, within: f64) -> bool {
 /// Points of two surfaces with a gap of at most `within` \[m\]: the [corners](super::area_corners) of the
 /// areas that touch, and the nearest crossings of edges.
 pub(super) fn touches(a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
-    let mut found = spread(near_points(a, b, within));
+    let mut found = spread(that_part(near_points(a, b, within), a, b, within));
     let mut crossings = edge_touches(a.edges(), b.edges(), within);
     crossings.sort_by(|a, b| a.gap.abs().total_cmp(&b.gap.abs()));
     found.extend(crossings.into_iter().take(KEPT_CROSSINGS));
@@ -161,7 +165,15 @@ pub(super) fn lasting_touches(
             found.extend(others.into_iter().map(Touch::turned));
         }
     }
-    corners(found, a.pose, within, merged)
+    corners(that_part(found, a, b, within), a.pose, within, merged)
+}
+
+/// The points along whose normals two surfaces part, where both are convex.
+fn that_part(found: Vec<Touch>, a: Placed<'_>, b: Placed<'_>, within: f64) -> Vec<Touch> {
+    match (&a.sampled.convex, &b.sampled.convex) {
+        (Some(one), Some(two)) => parting(found, [(one, a.pose), (two, b.pose)], within),
+        _ => found,
+    }
 }
 
 /// Points of `a` within a distance of the surface `b`; `free_to` as in [`Clearance`], after this way.

@@ -316,10 +316,21 @@ fn clipped(samples: &[f32]) -> Option<String> {
     })
 }
 
+/// Share of the tones, by weight, below which a match may be chance. Seen: 0.19 to 0.26 for recordings of
+/// other bodies.
+const FEW: f64 = 0.4;
+
 /// What speaks against a match.
 fn doubt(found: &ModeMatch) -> Option<String> {
     if found.pairs.len() == 1 {
         return Some("a single tone is matched: which mode it is cannot be told, nor Young's modulus".into());
+    }
+    if found.share < FEW {
+        return Some(format!(
+            "the loudest tones have no mode: those matched have {:.0} % of the weight, and Young's modulus may \
+             be chance; either the recording is not of this body, or the model is a coarse one",
+            100.0 * found.share
+        ));
     }
     found.rival.map(|rival| {
         format!(

@@ -72,6 +72,39 @@ fn analytic_every_pair_of_a_cradle_passes_the_impact_on() {
     }
 }
 
+/// Five balls in a row with small gaps: each comes, hits the next one and stays, all within a frame or two.
+#[test]
+fn analytic_a_row_with_small_gaps_passes_the_impact_on() {
+    const RADIUS: f64 = 0.01;
+    let balls: Vec<Body> =
+        (0..5).map(|k| Body::sphere(format!("ball{k}"), presets::STEEL.material(), RADIUS)).collect();
+    let momentum = balls[0].mass * SPEED;
+    for (rate, gap) in
+        [(60.0_f64, 5e-5), (60.0, 2e-4), (120.0, 5e-5), (120.0, 2e-4), (240.0, 5e-5), (1000.0, 1e-5)]
+    {
+        for part in [0.0, 0.3, 0.6] {
+            let start = (0.3 * rate).round() / rate + part / rate;
+            let ball = |k: u32| {
+                sampled(k, rate, move |t| {
+                    let way = SPEED * (t - start) - gap * f64::from(k);
+                    let moved = match k {
+                        0 => way.min(gap),
+                        4 => way.max(0.0),
+                        _ => way.clamp(0.0, gap),
+                    };
+                    DVec3::X * ((2.0 * RADIUS + gap) * f64::from(k) + moved)
+                })
+            };
+            let found = impacts(balls.clone(), &(0..5).map(ball).collect::<Vec<RecordedBody>>());
+            println!("{rate} Hz, {gap} m, {part}: {found:?} of {momentum} N s");
+            assert_eq!(found.keys().copied().collect::<Vec<[u32; 2]>>(), [[0, 1], [1, 2], [2, 3], [3, 4]]);
+            for (pair, (impulse, _)) in found {
+                assert!((impulse / momentum - 1.0).abs() < 0.1, "{pair:?}: {impulse}");
+            }
+        }
+    }
+}
+
 /// A block that falls on a pile of three, which lies on the ground, and stays.
 #[test]
 fn analytic_every_pair_of_a_pile_passes_the_impact_on() {

@@ -2,7 +2,7 @@
 //!
 //! Frames are the keys of the finest curve that moves the node, and outside its span those of the next finer
 //! one: a key in between would be a point on the chord of the true path and seem an impact. Distances of keys
-//! within a smooth curve are divided.
+//! within a smooth curve are divided, and long ones between linear keys.
 
 use clangor_core::pose::Pose;
 use glam::{DMat4, DQuat, DVec3};
@@ -15,6 +15,11 @@ use crate::motion::recording::{Frame, LengthUnit};
 
 /// Frames per second of a smooth curve, at least \[Hz\].
 const SMOOTH_RATE: f64 = 240.0;
+/// Distance of linear keys from which they are stations of a path and not frames of a recording \[s\]: the
+/// path between them is a line, as viewers show it.
+const STATIONS: f64 = 0.125;
+/// Most frames that are added between such keys.
+const MOST_ADDED: f64 = 20_000.0;
 /// Scales that count as equal, and as zero.
 const SAME_SCALE: f64 = 1e-3;
 
@@ -178,7 +183,7 @@ fn uniform(scale: DVec3) -> Result<f64, NodeFault> {
 }
 
 /// Times of the frames: the keys of the finest curve, and of the next finer ones where those before have
-/// none; finer where a curve is smooth; 0 without curves.
+/// none; finer where a curve is smooth, or linear with keys far apart; 0 without curves.
 fn clock(links: &[(Rest, &Curves)]) -> Vec<f64> {
     let moving = links.iter().flat_map(|(_, curves)| [&curves.translation, &curves.rotation]).flatten();
     let mut moving: Vec<&Curve> = moving.collect();
@@ -194,17 +199,24 @@ fn clock(links: &[(Rest, &Curves)]) -> Vec<f64> {
         times.extend(curve.times.iter().copied().filter(is_outside));
         times.sort_by(f64::total_cmp);
     }
-    let smooth: Vec<[f64; 2]> = moving
-        .iter()
-        .filter(|curve| curve.interpolation == Interpolation::Cubic)
-        .filter_map(|curve| Some([*curve.times.first()?, *curve.times.last()?]))
-        .collect();
+    let spans_of = |interpolation: Interpolation| -> Vec<[f64; 2]> {
+        let own = moving.iter().filter(|curve| curve.interpolation == interpolation);
+        own.filter_map(|curve| Some([*curve.times.first()?, *curve.times.last()?])).collect()
+    };
+    let (smooth, linear) = (spans_of(Interpolation::Cubic), spans_of(Interpolation::Linear));
+    let whole = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
+    let linear_rate = SMOOTH_RATE.min(MOST_ADDED / whole);
     let mut finer = Vec::with_capacity(times.len());
     for pair in times.windows(2) {
         let (from, span) = (pair[0], pair[1] - pair[0]);
-        let is_smooth = smooth.iter().any(|[first, last]| *first < pair[1] && from < *last);
+        let is_within =
+            |spans: &[[f64; 2]]| spans.iter().any(|[first, last]| *first < pair[1] && from < *last);
         // Without the last digit, by which a span of ten frames would have eleven.
-        let parts = if is_smooth { (span * SMOOTH_RATE - 1e-6).ceil().max(1.0) } else { 1.0 };
+        let parts = match span {
+            span if is_within(&smooth) => (span * SMOOTH_RATE - 1e-6).ceil().max(1.0),
+            span if span > STATIONS && is_within(&linear) => (span * linear_rate - 1e-6).ceil().max(1.0),
+            _ => 1.0,
+        };
         finer.extend((0..parts as u32).map(|k| from + span * f64::from(k) / parts));
     }
     finer.extend(times.last());

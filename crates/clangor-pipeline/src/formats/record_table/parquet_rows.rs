@@ -131,6 +131,8 @@ struct Batch {
     levels: Vec<i16>,
     numbers: Vec<f64>,
     texts: Vec<ByteArray>,
+    /// Whether every row of the batch is a number.
+    is_full: bool,
     next: usize,
 }
 
@@ -148,6 +150,7 @@ impl Batch {
             levels: Vec::new(),
             numbers: Vec::new(),
             texts: Vec::new(),
+            is_full: false,
             next: 0,
         }
     }
@@ -218,6 +221,7 @@ impl Batch {
                 return Err(ParquetError::General("a column has a date".into()));
             }
         };
+        self.is_full = self.numbers.len() == rows;
         if records == rows {
             Ok(())
         } else {
@@ -228,15 +232,18 @@ impl Batch {
     /// Puts the value of a row into its cell; rows come in order.
     fn take(&mut self, index: usize, cells: &mut [Cell]) {
         let cell = &mut cells[self.place];
-        let is_present = self.present == 0 || self.levels.get(index) == Some(&self.present);
-        match (self.numbers.get(self.next), &mut *cell) {
-            // Of most columns each row is a number, as that before.
-            (Some(number), Cell::Number(before)) if is_present => {
-                *before = *number;
-                self.next += 1;
-            }
-            _ => self.take_any(is_present, cell),
+        // Of most columns each row is a number, as that before.
+        if self.is_full
+            && let Cell::Number(before) = cell
+        {
+            *before = self.numbers[index];
+            return;
         }
+        if self.is_full {
+            self.next = index;
+        }
+        let is_present = self.is_full || self.present == 0 || self.levels.get(index) == Some(&self.present);
+        self.take_any(is_present, cell);
     }
 
     #[inline(never)]

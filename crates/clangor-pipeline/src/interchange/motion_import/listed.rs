@@ -14,7 +14,8 @@ use super::pose_rows::pose_rows;
 use super::{MotionFiles, MotionImportError};
 use crate::formats::contact_list::{ListedContact, read_listed_contacts};
 use crate::formats::named_bodies::NamedBodies;
-use crate::motion::contact_checks::{ContactChecks, ContactFault, check_clock, time_outside};
+use crate::motion::contact_checks::{ContactChecks, ContactFault, check_clock, no_contacts, time_outside};
+use crate::motion::listed_impulses::ListedImpulses;
 use crate::motion::open_joints::are_closed;
 use crate::motion::recording::RecordedBody;
 use crate::motion::repeated_contacts::RepeatedContacts;
@@ -23,6 +24,7 @@ use crate::motion::repeated_contacts::RepeatedContacts;
 pub(super) struct ListedContacts<'a> {
     world: &'a World,
     lists: Vec<(PathBuf, ContactChecks<'a>)>,
+    impulses: ListedImpulses,
     /// What is probably wrong.
     pub(super) warnings: Vec<String>,
 }
@@ -34,7 +36,12 @@ impl<'a> ListedContacts<'a> {
         files: &MotionFiles,
         motion: [f64; 2],
     ) -> Result<Self, MotionImportError> {
-        let mut read = ListedContacts { world, lists: Vec::new(), warnings: Vec::new() };
+        let mut read = ListedContacts {
+            world,
+            lists: Vec::new(),
+            impulses: ListedImpulses::new(world),
+            warnings: Vec::new(),
+        };
         let span = with_keyframes(world, motion);
         let file = FileFrame::of(files);
         let mut repeated = RepeatedContacts::default();
@@ -46,6 +53,7 @@ impl<'a> ListedContacts<'a> {
                 let (row, time) = (listed.line, listed.row.time);
                 return Err(MotionImportError::Time { path: path.clone(), row, time });
             }
+            read.warnings.extend(rows.is_empty().then(|| no_contacts(path)));
             let twice = repeated.look(path, &rows);
             read.warnings.extend(twice.map(|notice| format!("{}: {notice}", path.display())));
             let refused = |fault| MotionImportError::Contact { path: path.clone(), fault };
@@ -109,6 +117,7 @@ impl<'a> ListedContacts<'a> {
             contacts.extend(checks.check_before(time, &pose_of).map_err(refused)?);
         }
         contacts.sort_by(|a, b| a.time.total_cmp(&b.time));
+        self.impulses.look(world, &contacts, recorded);
         if let Some(joined) = JoinedBodies::of(world) {
             for row in contacts.iter_mut().filter(|row| row.effective_mass.is_none()) {
                 row.effective_mass = mass_on_joints((world, &joined), row, &|id| history.at(id, row.time));
@@ -123,7 +132,7 @@ impl<'a> ListedContacts<'a> {
             let path = path.display().to_string();
             checks.notices().into_iter().map(move |notice| format!("{path}: {notice}"))
         };
-        self.lists.iter().flat_map(of_list)
+        self.lists.iter().flat_map(of_list).chain(self.impulses.notices(self.world))
     }
 }
 

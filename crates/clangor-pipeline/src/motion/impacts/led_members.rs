@@ -13,6 +13,7 @@
 
 use glam::DVec3;
 
+use super::reach::Nearness;
 use super::{Member, Scene, Search, fit_bodies};
 use crate::motion::impulse_fit::{Fit, FitBody, FitContact, fit_impulses};
 use crate::motion::kinematics::Kinematics;
@@ -94,7 +95,8 @@ impl Scene<'_> {
             let known = members.iter().find(|member| member.body == other).copied();
             let Some(other) = known.or_else(|| self.member(other, None, one.time)) else { continue };
             let friction = self.friction(one.body, other.body);
-            for Touch { point, normal, .. } in self.touches(one, &other, span, NEAR) {
+            let nearness = Nearness { span, factor: NEAR, impact: 0.0 };
+            for Touch { point, normal, .. } in self.touches(one, &other, &nearness) {
                 let speed = (one.state.velocity_at(point) - other.state.velocity_at(point)).dot(normal);
                 let change = (jump_at(one, point) - jump_at(&other, point)).dot(normal);
                 let reach = Reach { normal, friction };

@@ -132,9 +132,10 @@ impl Event {
         let strongest = pushes[place];
         let velocity = |point: DVec3| a.state.velocity_at(point) - b.state.velocity_at(point);
         let approach = |push: &Push| -velocity(push.point).dot(push.normal);
-        // The velocity of a supported body is uncertain by what gravity adds in a frame.
+        // The velocity of a supported body is uncertain by what gravity adds in a frame, along gravity.
         let fall = scene.world.gravity.length() * a.window.or(b.window).map_or(0.0, |window| window.span);
-        let least = if a.is_supported && b.is_supported { v_min + fall } else { v_min };
+        let along = fall * strongest.normal.dot(scene.world.gravity.normalize_or_zero()).abs();
+        let least = if a.is_supported && b.is_supported { v_min + along } else { v_min };
         // At a wrong instant the place of a turning body may recede: its impulse says how fast it met.
         let needed = scene.approach_of(&strongest, [&a, &b]);
         let uncertain = scene.uncertain_speed(&a).max(scene.uncertain_speed(&b));

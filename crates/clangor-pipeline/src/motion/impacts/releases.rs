@@ -27,7 +27,8 @@
 use clangor_core::body::BodyId;
 use glam::DVec3;
 
-use super::{Event, FitContact, Scene, Search, WIDEST};
+use super::reach::WIDEST;
+use super::{Event, FitContact, Scene, Search};
 use crate::motion::kinematics::Start;
 use crate::motion::recording::RecordedBody;
 use crate::motion::touching::touches;

@@ -14,17 +14,22 @@
 //! of that, while its surfaces stay together, is the same motion. So are later and slower turns of a pair
 //! that has not parted by 2 µm at any frame since: the last ones before it lies still lose as much as an
 //! impact. Where many points are near, as those of a rim, 0.75 takes the place of 0.9.
+//!
+//! A ball on a curved track has a steady push too, which changes its direction in each frame as an impact
+//! would. It rolls where the pushes of five frames go over into each other and it touches the track in all of
+//! them.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
-use clangor_core::body::BodyId;
+use clangor_core::body::{BodyId, Surface};
 use clangor_core::material::PairCoefficients;
 use clangor_core::pose::Pose;
 use glam::DVec3;
 
+use super::reach::TOUCHING;
 use super::{Event, Scene, state_of_unrecorded};
-use crate::motion::jump_windows::JumpWindow;
+use crate::motion::jump_windows::{JumpWindow, lasting_rows};
 use crate::motion::kinematics::Kinematics;
 use crate::motion::touching::touches;
 
@@ -64,7 +69,7 @@ impl Scene<'_> {
             let least = least.max(self.restitution(of, events, speed) + ABOVE_RESTITUTION);
             // A slow body may be on the floor again before a frame shows its flight.
             let shows = speed > FLIGHT * self.world.gravity.length() * event.span(of.1);
-            returned > least && shows && self.stay_together(event, of.1, speed)
+            returned > least && shows && self.stay_together(event, of.1, speed) || self.is_guided(event, of.1)
         };
         let mut rolling: BTreeSet<PairOfEvent> = all.iter().filter(rolls).copied().collect();
         // What belongs to the same motion.
@@ -115,6 +120,23 @@ impl Scene<'_> {
         self.keep_gap(event, pair, first..=window.last + 1, TOGETHER.0)
     }
 
+    /// Whether a ball follows a surface through an event: its pushes go over into each other, and it touches
+    /// the surface at all of their frames.
+    fn is_guided(&self, event: &Event, pair: [usize; 2]) -> bool {
+        let surfaces = pair.map(|place| &self.surfaces[event.members[place].body.index()]);
+        let Some((window, kinematics)) = self.frames_of(event, pair) else { return false };
+        if !surfaces.iter().any(|sampled| matches!(*sampled.surface, Surface::Sphere { .. })) {
+            return false;
+        }
+        let size = surfaces.iter().map(|sampled| sampled.radius).fold(f64::INFINITY, f64::min);
+        let gravity = self.world.gravity.length();
+        let touches =
+            |row: Range<usize>| self.keep_gap(event, pair, row.start..=row.end - 1, TOUCHING.0 * size);
+        [window.first, window.last]
+            .into_iter()
+            .any(|frame| lasting_rows(&kinematics.jumps, frame, gravity).any(touches))
+    }
+
     /// The window of the first of a pair that has one, and the frames of that body.
     fn frames_of(&self, event: &Event, pair: [usize; 2]) -> Option<(JumpWindow, &Kinematics<'_>)> {
         let members = pair.map(|place| event.members[place]);
@@ -134,7 +156,7 @@ impl Scene<'_> {
             };
             let [a, b] = bodies;
             // The gap of two bodies that rest is unknown to the digits of their file.
-            let within = if gaps[0].is_finite() { gaps[0] + play } else { super::TOUCHING.2 + play };
+            let within = if gaps[0].is_finite() { gaps[0] + play } else { TOUCHING.2 + play };
             let found = touches(self.placed(a, one), self.placed(b, two), within);
             let Some(gap) = found.iter().map(|touch| touch.gap).reduce(f64::min) else { return false };
             gaps = [gaps[0].min(gap), gaps[1].max(gap)];

@@ -161,7 +161,7 @@ pub(crate) struct Strike {
     /// Samples per second, 8000 to 384000
     #[arg(long, value_name = "HZ", default_value_t = 48_000)]
     pub(crate) sample_rate: u32,
-    /// Length of the output in seconds (default: 0.1, or until the modes have decayed by 60 dB)
+    /// Length of the output in seconds (default: until the ringing has decayed by 60 dB, from 0.1 to 20)
     #[arg(long, value_name = "S", value_parser = duration)]
     pub(crate) seconds: Option<f64>,
     /// Acceleration model of the body

@@ -424,11 +424,13 @@ fn check_planes(
     }
     let turned = ContactRow { normal: -row.normal, ..*row };
     let plane = plane_at(world, &turned).and_then(|id| world.bodies.get(id.index()));
-    // Below the surface of a half-space no body can be, wherever it is.
-    let is_above = |plane: &Body| {
-        let place = pose_of(row.body_a, row.time).map(|pose| pose.position);
-        matches!(*plane.surface, Surface::HalfSpace)
-            || place.is_some_and(|place| (row.point - place).dot(upward(plane)) < 0.0)
+    // Below the surface of a half-space no body can be, wherever it is; a flat one is hit above it.
+    let is_above = |plane: &Body| match pose_of(row.body_a, row.time) {
+        Some(pose) => (row.point - pose.position).dot(upward(plane)) < 0.0,
+        None => {
+            let height = plane.pose.body_from_world(row.point).y.abs();
+            matches!(*plane.surface, Surface::HalfSpace) && height <= ON_PLANE.1
+        }
     };
     match plane {
         Some(plane) if is_above(plane) => fault(row.body_a, plane),

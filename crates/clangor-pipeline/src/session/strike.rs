@@ -133,7 +133,8 @@ impl Strike {
         Strike { duration: Some(seconds), ..self }
     }
 
-    /// End of the sound \[s\]. Default: when it has fallen by 60 dB.
+    /// End of the sound \[s\]. Default: when its ringing has fallen by 60 dB or is 100 dB below the peak, after
+    /// 20 s at most.
     #[must_use]
     pub fn seconds(self, seconds: f64) -> Self {
         Strike { seconds: Some(seconds), ..self }
@@ -255,11 +256,22 @@ pub(crate) fn t60(mode: &Resonance) -> f64 {
     3.0 * LN_10 / (TAU * mode.frequency * mode.damping_ratio)
 }
 
-/// Cuts the end of a sound where it is quieter than the peak by 60 dB.
+/// Time after the peak in which the click of an impact is over \[s\].
+const CLICK: f64 = 0.02;
+/// Level at which ringing ends, over its own peak, and over that of all \[dB\].
+const ENDS: f64 = 1e-3;
+const UNHEARD: f64 = 1e-5;
+
+/// Cuts the end of a sound where its ringing has fallen by 60 dB, or is 100 dB below the peak.
 fn cut_silence(sound: &mut StruckSound) {
     let peak = sound.peak();
-    let heard = sound.pressures.iter().rposition(|p| p.abs() > 1e-3 * peak).map_or(0, |last| last + 1);
-    let shortest = ((SHORTEST + LEAD) * sound.sample_rate.as_f64()).ceil() as usize;
+    let rate = sound.sample_rate.as_f64();
+    let loudest = sound.pressures.iter().position(|p| p.abs() >= peak).unwrap_or(0);
+    let ringing = sound.pressures.iter().skip(loudest + (CLICK * rate) as usize);
+    let ringing = ringing.fold(0.0_f64, |most, p| most.max(p.abs()));
+    let least = (ENDS * ringing).max(UNHEARD * peak);
+    let heard = sound.pressures.iter().rposition(|p| p.abs() > least).map_or(0, |last| last + 1);
+    let shortest = ((SHORTEST + LEAD) * rate).ceil() as usize;
     sound.pressures.truncate(heard.max(shortest));
     sound.times.truncate(heard.max(shortest));
 }

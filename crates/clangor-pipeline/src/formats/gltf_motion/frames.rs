@@ -18,6 +18,9 @@ const SMOOTH_RATE: f64 = 240.0;
 /// Distance of linear keys from which they are stations of a path and not frames of a recording \[s\]: the
 /// path between them is a line, as viewers show it.
 const STATIONS: f64 = 0.125;
+/// Even keys from which a curve is a recording nevertheless, in another unit of time, and the largest ratio of
+/// their distances.
+const RECORDING: (usize, f64) = (16, 1.5);
 /// Most frames that are added between such keys.
 const MOST_ADDED: f64 = 20_000.0;
 /// Scales that count as equal, and as zero.
@@ -203,7 +206,8 @@ fn clock(links: &[(Rest, &Curves)]) -> Vec<f64> {
         let own = moving.iter().filter(|curve| curve.interpolation == interpolation);
         own.filter_map(|curve| Some([*curve.times.first()?, *curve.times.last()?])).collect()
     };
-    let (smooth, linear) = (spans_of(Interpolation::Cubic), spans_of(Interpolation::Linear));
+    let smooth = spans_of(Interpolation::Cubic);
+    let linear = if is_recording(&times) { Vec::new() } else { spans_of(Interpolation::Linear) };
     let whole = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
     let linear_rate = SMOOTH_RATE.min(MOST_ADDED / whole);
     let mut finer = Vec::with_capacity(times.len());
@@ -221,6 +225,13 @@ fn clock(links: &[(Rest, &Curves)]) -> Vec<f64> {
     }
     finer.extend(times.last());
     finer
+}
+
+/// Whether keys are many and even.
+fn is_recording(times: &[f64]) -> bool {
+    let spans = || times.windows(2).map(|pair| pair[1] - pair[0]);
+    let (shortest, longest) = (spans().fold(f64::INFINITY, f64::min), spans().fold(0.0, f64::max));
+    times.len() >= RECORDING.0 && longest <= RECORDING.1 * shortest
 }
 
 /// Mean distance of the keys \[s\]; infinite with one key.

@@ -132,9 +132,8 @@ impl Scene<'_> {
         let gravity = self.world.gravity.length();
         let touches =
             |row: Range<usize>| self.keep_gap(event, pair, row.start..=row.end - 1, TOUCHING.0 * size);
-        [window.first, window.last]
-            .into_iter()
-            .any(|frame| lasting_rows(&kinematics.jumps, frame, gravity).any(touches))
+        // The frames before the event too: what comes to rest on the surface has touched it since alone.
+        lasting_rows(&kinematics.jumps, window.first, gravity).any(touches)
     }
 
     /// The window of the first of a pair that has one, and the frames of that body.

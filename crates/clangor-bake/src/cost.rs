@@ -57,11 +57,11 @@ const EDGES_PER_WAVE: f64 = 6.0;
 const UNKNOWNS_PER_SQUARE: f64 = 1.15;
 /// Most unknowns for walls and edges, in those for the wave.
 const MOST_FOR_WALLS: f64 = 3.0;
-/// Level error of triangles as long as a sharp edge of the body allows, over the least of wall and 1/k; their
-/// growth per distance from it; and most unknowns for sharp edges, in those for the wave. Seen: 4.1 for a bar of
-/// 200 × 6 × 25 mm.
+/// Level error of triangles at a sharp edge that are as long as the least of wall and 1/k; unknowns for each
+/// length of such edges over theirs, rather too few: a plan whose mesh needs more than the patience says so, one
+/// that is never tried does not; and most unknowns with them, in those for the wave.
 const SHARP_ERROR: f64 = 0.028;
-const GROWTH: f64 = 0.4;
+const PER_LENGTH_OF_EDGE: f64 = 6.0;
 const MOST_FOR_EDGES: f64 = 5.0;
 /// Unknowns of patches at kR = 1, and for each more.
 const PATCH_UNKNOWNS: [f64; 2] = [100.0, 4.0];
@@ -177,15 +177,14 @@ fn triangle_unknowns(geometry: &BakeGeometry, wavenumber: f64, accuracy: f64) ->
     let coarsest = UNKNOWNS_PER_SQUARE * area / (0.35 * geometry.bounding_radius()).powi(2);
     let for_wall = UNKNOWNS_PER_SQUARE * area / (wall * wall) * (0.01 / accuracy).powf(1.5).min(10.0);
     let unknowns = for_wall.min(MOST_FOR_WALLS * for_wave.max(300.0)).max(for_wave).max(coarsest);
-    // Along sharp edges of the body, from which the edges of triangles grow.
-    let sharp = (accuracy / SHARP_ERROR).powf(0.75) * wall.min(wavenumber.recip());
-    let length = sharp_length(geometry, sharp);
-    let along = 2.0 * length / GROWTH * (sharp.recip() - edge.recip()).max(0.0);
-    let for_edges = (for_wave + UNKNOWNS_PER_SQUARE * along).min(MOST_FOR_EDGES * for_wave);
-    let unknowns = unknowns.max(for_edges);
     // Edges grow with many unknowns, as far as the error of the waves allows.
     let fewest = (WAVE_SHARE * accuracy / WAVE_ERROR).clamp(1.0, COARSEST * COARSEST);
-    let unknowns = unknowns / (unknowns / MANY).clamp(1.0, fewest);
+    let coarse = |unknowns: f64| unknowns / (unknowns / MANY).clamp(1.0, fewest);
+    // Along sharp edges of the body, from which the edges of triangles grow.
+    let sharp = (accuracy / SHARP_ERROR).powf(0.75) * wall.min(wavenumber.recip());
+    let along = PER_LENGTH_OF_EDGE * sharp_length(geometry, sharp) * (sharp.recip() - edge.recip()).max(0.0);
+    let for_edges = (coarse(for_wave) + along).min(MOST_FOR_EDGES * for_wave);
+    let unknowns = coarse(unknowns).max(for_edges);
     let planes = match geometry {
         BakeGeometry::Mesh(mesh) if mesh.triangles.len() > MOST_TRIANGLES => 0,
         geometry => mirrors(geometry, [accuracy, wall], wavenumber).len(),

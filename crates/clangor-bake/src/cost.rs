@@ -58,8 +58,8 @@ const UNKNOWNS_PER_SQUARE: f64 = 1.15;
 /// Most unknowns for walls and edges, in those for the wave.
 const MOST_FOR_WALLS: f64 = 3.0;
 /// Level error of triangles at a sharp edge that are as long as the least of wall and 1/k; unknowns for each
-/// length of such edges over theirs, rather too few: a plan whose mesh needs more than the patience says so, one
-/// that is never tried does not; and most unknowns with them, in those for the wave.
+/// length of such edges over theirs, rather too few: a plan whose mesh needs more than the patience says so,
+/// one that is never tried does not; and most unknowns with them, in those for the wave.
 const SHARP_ERROR: f64 = 0.028;
 const PER_LENGTH_OF_EDGE: f64 = 6.0;
 const MOST_FOR_EDGES: f64 = 5.0;
@@ -76,8 +76,8 @@ const PER_TRIANGLE: f64 = 2.5e5;
 /// the mug.
 const HALVED_CELLS: f64 = 8.0;
 const HALVED_POWER: f64 = 1.2;
-/// Least unknowns of such a body for an error of 1 %: the cells around its inner edges. Seen: 7 s for a tuning
-/// fork of 180 mm.
+/// Least unknowns of such a body for an error of 1 %: the cells around its inner edges. Seen: 7 s for a
+/// tuning fork of 134 mm.
 const LEAST_HALVED: f64 = 15_000.0;
 /// Tetrahedra of an ellipsoid on the shortest wave, and their nodes for each cube of their edge.
 const TETRAHEDRA: f64 = 5.0;

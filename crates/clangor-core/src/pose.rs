@@ -32,8 +32,8 @@ impl Pose {
         self.orientation.inverse() * (point_world - self.position)
     }
 
-    /// The pose at the part `s` of the way to another: linear in position, by the shortest rotation at constant
-    /// rate in orientation.
+    /// The pose at the part `s` of the way to another: linear in position, by the shortest rotation at
+    /// constant rate in orientation.
     pub fn between(&self, other: &Pose, s: f64) -> Pose {
         Pose {
             position: self.position.lerp(other.position, s),

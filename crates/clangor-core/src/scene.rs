@@ -24,6 +24,7 @@ pub mod strike_recipe;
 pub mod suggest;
 pub mod support_description;
 pub mod support_problem;
+mod syntax_remedy;
 
 pub use instantiate::instantiate;
 pub use scene_description::{MAX_BODIES, STANDARD_GRAVITY, Scene, VERSION};

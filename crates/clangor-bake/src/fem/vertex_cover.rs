@@ -1,7 +1,7 @@
 //! Smallest set of nodes that touches all edges across a cut of a graph.
 //!
-//! The edges across are a bipartite graph. By König's theorem (1931) its minimum vertex cover is as large as a
-//! maximum matching: the left nodes that no alternating path from a free left node reaches, and the right
+//! The edges across are a bipartite graph. By König's theorem (1931) its minimum vertex cover is as large as
+//! a maximum matching: the left nodes that no alternating path from a free left node reaches, and the right
 //! nodes that one does.
 //!
 //! Source of the matching: Pothen and Fan (1990), "Computing the block triangular form of a sparse matrix",

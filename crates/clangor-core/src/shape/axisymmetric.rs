@@ -116,7 +116,8 @@ impl Profile {
 const FEWEST_SIDES: f64 = 48.0;
 const FEWEST_CHORDS: f64 = 24.0;
 
-/// Largest sagitta on a circle \[m\] that gives it at least `fewest` chords, where those of an edge are fewer.
+/// Largest sagitta on a circle \[m\] that gives it at least `fewest` chords, where those of an edge are
+/// fewer.
 fn sagitta_of(radius: f64, edge: f64, fewest: f64) -> f64 {
     if TAU * radius / edge < fewest { radius * (1.0 - (PI / fewest).cos()) } else { f64::INFINITY }
 }

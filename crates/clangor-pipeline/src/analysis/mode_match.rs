@@ -11,8 +11,8 @@
 //! ```
 //!
 //! The second term prefers r near 1 where tones leave a choice. The scatter σ is that of the recording, from
-//! 0.1 % of a rendered body to 1 % of an object whose sizes are known so well: several are tried. A narrow one
-//! fits more ratios by chance, which the last term weighs. The greatest L of a grid is made exact with σ
+//! 0.1 % of a rendered body to 1 % of an object whose sizes are known so well: several are tried. A narrow
+//! one fits more ratios by chance, which the last term weighs. The greatest L of a grid is made exact with σ
 //! reduced: by the weighted mean of ln(f/m) over pairs that are sure, outliers weighing less (Huber).
 //!
 //! Not a fit of Poisson's ratio or of the shape: those move frequencies against each other, which shows in

@@ -69,8 +69,8 @@ pub enum ContactFault {
     },
     /// An impact without speed.
     #[error(
-        "row {row}: {body} does not approach what it hits: its speed before the impact is 0; give the speed of \
-         approach, or the kind contact for what rests"
+        "row {row}: {body} does not approach what it hits: its speed before the impact is 0; give the speed \
+         of approach, or the kind contact for what rests"
     )]
     Still {
         /// Line of a text, row of a Parquet file.

@@ -2,12 +2,12 @@
 //! jump of its momentum.
 //!
 //! ```text
-//! Σ J = m (v₊ − v₋ − g Δt)        v₋, v₊: mean velocities of the intervals before and after that of the impact
+//! Σ J = m (v₊ − v₋ − g Δt)        v₋, v₊: mean velocities of the intervals before it and after it
 //! ```
 //!
 //! Looked at are free bodies without links and supports whose impacts lie in one interval, with none in those
-//! beside it, where nothing lasts. A unit or a mass that is wrong shows in the ratio. Not a check of the share
-//! that each of several points has.
+//! beside it, where nothing lasts. A unit or a mass that is wrong shows in the ratio. Not a check of the
+//! share that each of several points has.
 
 use clangor_core::body::{BodyId, Motion, World};
 use clangor_core::timeline::{ContactKind, ContactRow};
@@ -73,8 +73,9 @@ impl ListedImpulses {
                 count => format!("{count} impacts are not those"),
             };
             format!(
-                "{name}: the impulse of {count} of its motion: at t = {time:.4} s the list gives {given:.3} N s \
-                 and the poses {moved:.3} N s; the list is taken. See whether its unit and the mass are right"
+                "{name}: the impulse of {count} of its motion: at t = {time:.4} s the list gives \
+                 {given:.3} N s and the poses {moved:.3} N s; the list is taken. See whether its unit and \
+                 the mass are right"
             )
         };
         self.doubts.iter().enumerate().filter(|(_, doubt)| doubt.count > 0).map(of_body).collect()

@@ -6,7 +6,7 @@
 //! a small way along it parts them:
 //!
 //! ```text
-//! D(n) = max_b n·x − min_a n·x        −gap of the pair where it touches along n; else up to the width of a body
+//! D(n) = max_b n·x − min_a n·x        −gap of the pair where it touches along n; else up to a width
 //! ```
 //!
 //! Bodies that are not convex may hold each other from opposite sides; their points are left as they are.

@@ -209,7 +209,10 @@ pub enum RecordingNotice {
         number(1e3 * noise), number(*hidden),
         match every {
             0 | 1 => String::new(),
-            _ => format!("; with every {every}th frame alone, about {} m/s", number(hidden / f64::from(*every))),
+            _ => {
+                let left = number(hidden / f64::from(*every));
+                format!("; with every {every}th frame alone, about {left} m/s")
+            }
         }
     )]
     Noisy {

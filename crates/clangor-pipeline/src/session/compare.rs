@@ -327,8 +327,8 @@ fn doubt(found: &ModeMatch) -> Option<String> {
     }
     if found.share < FEW {
         return Some(format!(
-            "the loudest tones have no mode: those matched have {:.0} % of the weight, and Young's modulus may \
-             be chance; either the recording is not of this body, or the model is a coarse one",
+            "the loudest tones have no mode: those matched have {:.0} % of the weight, and Young's modulus \
+             may be chance; either the recording is not of this body, or the model is a coarse one",
             100.0 * found.share
         ));
     }

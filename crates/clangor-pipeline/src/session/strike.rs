@@ -133,8 +133,8 @@ impl Strike {
         Strike { duration: Some(seconds), ..self }
     }
 
-    /// End of the sound \[s\]. Default: when its ringing has fallen by 60 dB or is 100 dB below the peak, after
-    /// 20 s at most.
+    /// End of the sound \[s\]. Default: when its ringing has fallen by 60 dB or is 100 dB below the peak,
+    /// after 20 s at most.
     #[must_use]
     pub fn seconds(self, seconds: f64) -> Self {
         Strike { seconds: Some(seconds), ..self }

@@ -1,5 +1,5 @@
-//! Contact lists that contradict themselves, the scene or the recorded motion are refused or named, and so are poses
-//! whose noise hides impacts.
+//! Contact lists that contradict themselves, the scene or the recorded motion are refused or named, and so
+//! are poses whose noise hides impacts.
 
 use std::fs;
 

@@ -18,8 +18,8 @@ const SMOOTH_RATE: f64 = 240.0;
 /// Distance of linear keys from which they are stations of a path and not frames of a recording \[s\]: the
 /// path between them is a line, as viewers show it.
 const STATIONS: f64 = 0.125;
-/// Even keys from which a curve is a recording nevertheless, in another unit of time, and the largest ratio of
-/// their distances.
+/// Even keys from which a curve is a recording nevertheless, in another unit of time, and the largest ratio
+/// of their distances.
 const RECORDING: (usize, f64) = (16, 1.5);
 /// Most frames that are added between such keys.
 const MOST_ADDED: f64 = 20_000.0;

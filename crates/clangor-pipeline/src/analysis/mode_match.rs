@@ -247,19 +247,21 @@ mod tests {
 
     #[test]
     fn property_a_few_exact_tones_count_more_than_many_near_ones() {
-        // A supported plate, whose modes are dense; a soft blow, whose tones are low, and two that are false.
+        // A supported plate, whose modes are dense; ten of them are heard, and three tones that are false.
+        // With a scatter of 0.6 % alone, E is off by factors of 1.5 to 6.
         let count = |m: u32, n: u32| f64::from(m * m) + 0.73 * f64::from(n * n);
         let mut modes: Vec<f64> = (1..18).flat_map(|m| (1..20).map(move |n| 40.0 * count(m, n))).collect();
         modes.sort_by(f64::total_cmp);
         modes.truncate(150);
         for stiffness in [0.5, 0.8, 1.0, 1.25, 2.0_f64] {
-            let own = modes.iter().take(24).step_by(2);
+            let own = modes[20..100].iter().step_by(8);
             let mut tones: Vec<Tone> =
                 own.map(|m| Tone { frequency: stiffness.sqrt() * m, weight: 0.6 }).collect();
-            tones.extend([333.0, 1111.0].map(|frequency| Tone { frequency, weight: 0.6 }));
+            tones.extend([333.0, 1111.0, 2222.0].map(|frequency| Tone { frequency, weight: 0.6 }));
             let found = match_modes(&tones, &modes).unwrap();
             println!("{stiffness}: {} of {:?}, {}", found.ratio.powi(2), found.rival, found.share);
-            assert!((found.ratio.powi(2) / stiffness - 1.0).abs() < 1e-3, "{stiffness}: {found:?}");
+            // Seen in the search: 1e-3, a step of its grid.
+            assert!((found.ratio.powi(2) / stiffness - 1.0).abs() < 2e-3, "{stiffness}: {found:?}");
         }
     }
 }

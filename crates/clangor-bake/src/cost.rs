@@ -19,7 +19,6 @@
 //! mesh.
 
 pub(crate) mod operations;
-mod sharp_edges;
 
 use std::f64::consts::TAU;
 
@@ -33,7 +32,6 @@ use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::cost::operations::MOST_OPERATIONS;
 pub use crate::cost::operations::PER_SECOND;
-use crate::cost::sharp_edges::sharp_length;
 use crate::effort::Effort;
 use crate::fdtd::WaveDevice;
 use crate::fem::ElasticConstants;
@@ -57,12 +55,6 @@ const EDGES_PER_WAVE: f64 = 6.0;
 const UNKNOWNS_PER_SQUARE: f64 = 1.15;
 /// Most unknowns for walls and edges, in those for the wave.
 const MOST_FOR_WALLS: f64 = 3.0;
-/// Level error of triangles at a sharp edge that are as long as the least of wall and 1/k; unknowns for each
-/// length of such edges over theirs, rather too few: a plan whose mesh needs more than the patience says so,
-/// one that is never tried does not; and most unknowns with them, in those for the wave.
-const SHARP_ERROR: f64 = 0.028;
-const PER_LENGTH_OF_EDGE: f64 = 6.0;
-const MOST_FOR_EDGES: f64 = 5.0;
 /// Unknowns of patches at kR = 1, and for each more.
 const PATCH_UNKNOWNS: [f64; 2] = [100.0, 4.0];
 /// Triangles of a surface whose mirror planes are looked for.
@@ -76,9 +68,6 @@ const PER_TRIANGLE: f64 = 2.5e5;
 /// the mug.
 const HALVED_CELLS: f64 = 8.0;
 const HALVED_POWER: f64 = 1.2;
-/// Least unknowns of such a body for an error of 1 %: the cells around its inner edges. Seen: 7 s for a
-/// tuning fork of 134 mm.
-const LEAST_HALVED: f64 = 15_000.0;
 /// Tetrahedra of an ellipsoid on the shortest wave, and their nodes for each cube of their edge.
 const TETRAHEDRA: f64 = 5.0;
 const NODES_PER_CUBE: f64 = 16.0;
@@ -179,12 +168,7 @@ fn triangle_unknowns(geometry: &BakeGeometry, wavenumber: f64, accuracy: f64) ->
     let unknowns = for_wall.min(MOST_FOR_WALLS * for_wave.max(300.0)).max(for_wave).max(coarsest);
     // Edges grow with many unknowns, as far as the error of the waves allows.
     let fewest = (WAVE_SHARE * accuracy / WAVE_ERROR).clamp(1.0, COARSEST * COARSEST);
-    let coarse = |unknowns: f64| unknowns / (unknowns / MANY).clamp(1.0, fewest);
-    // Along sharp edges of the body, from which the edges of triangles grow.
-    let sharp = (accuracy / SHARP_ERROR).powf(0.75) * wall.min(wavenumber.recip());
-    let along = PER_LENGTH_OF_EDGE * sharp_length(geometry, sharp) * (sharp.recip() - edge.recip()).max(0.0);
-    let for_edges = (coarse(for_wave) + along).min(MOST_FOR_EDGES * for_wave);
-    let unknowns = coarse(unknowns).max(for_edges);
+    let unknowns = unknowns / (unknowns / MANY).clamp(1.0, fewest);
     let planes = match geometry {
         BakeGeometry::Mesh(mesh) if mesh.triangles.len() > MOST_TRIANGLES => 0,
         geometry => mirrors(geometry, [accuracy, wall], wavenumber).len(),
@@ -261,11 +245,8 @@ pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &
             5.0 * (3.0 * (NODES_PER_CUBE * volume / edge.powi(3)).min(most)).powi(2)
         }
         Ok(ModalChoice::Cells(surface)) => {
-            let (more, least) = match has_inner_edges(&surface) {
-                true => (halved_cells(options.mesh_error), LEAST_HALVED),
-                false => (1.0, 0.0),
-            };
-            let unknowns = (more * unknowns).max(least).min(3.0 * most);
+            let more = if has_inner_edges(&surface) { halved_cells(options.mesh_error) } else { 1.0 };
+            let unknowns = (more * unknowns).min(3.0 * most);
             1.5e4 * unknowns.powf(1.5) + PER_TRIANGLE * surface.triangles.len() as f64
         }
         _ => 1.5e4 * unknowns.powf(1.5),

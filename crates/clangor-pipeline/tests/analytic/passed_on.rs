@@ -47,13 +47,19 @@ fn assert_all_pass(found: &BTreeMap<[u32; 2], (f64, f64)>, pairs: &[[u32; 2]], m
     }
 }
 
+/// Five balls of a radius \[m\], and the momentum of one at `SPEED` [N s].
+fn row_of_balls(radius: f64) -> (Vec<Body>, f64) {
+    let ball = |k: u32| Body::sphere(format!("ball{k}"), presets::STEEL.material(), radius);
+    let balls: Vec<Body> = (0..5).map(ball).collect();
+    let momentum = balls[0].mass * SPEED;
+    (balls, momentum)
+}
+
 /// Five balls that hang side by side: the first comes and stays, the last goes.
 #[test]
 fn analytic_every_pair_of_a_cradle_passes_the_impact_on() {
     const RADIUS: f64 = 0.0125;
-    let balls: Vec<Body> =
-        (0..5).map(|k| Body::sphere(format!("ball{k}"), presets::STEEL.material(), RADIUS)).collect();
-    let momentum = balls[0].mass * SPEED;
+    let (balls, momentum) = row_of_balls(RADIUS);
     for rate in RATES {
         let ball = |k: u32| {
             sampled(k, rate, move |t| {
@@ -76,9 +82,7 @@ fn analytic_every_pair_of_a_cradle_passes_the_impact_on() {
 #[test]
 fn analytic_a_row_with_small_gaps_passes_the_impact_on() {
     const RADIUS: f64 = 0.01;
-    let balls: Vec<Body> =
-        (0..5).map(|k| Body::sphere(format!("ball{k}"), presets::STEEL.material(), RADIUS)).collect();
-    let momentum = balls[0].mass * SPEED;
+    let (balls, momentum) = row_of_balls(RADIUS);
     for (rate, gap) in
         [(60.0_f64, 5e-5), (60.0, 2e-4), (120.0, 5e-5), (120.0, 2e-4), (240.0, 5e-5), (1000.0, 1e-5)]
     {
@@ -99,6 +103,7 @@ fn analytic_a_row_with_small_gaps_passes_the_impact_on() {
             println!("{rate} Hz, {gap} m, {part}: {found:?} of {momentum} N s");
             assert_eq!(found.keys().copied().collect::<Vec<[u32; 2]>>(), [[0, 1], [1, 2], [2, 3], [3, 4]]);
             for (pair, (impulse, _)) in found {
+                // Residual seen: 2.7e-2, at 60 Hz and 0.2 mm.
                 assert!((impulse / momentum - 1.0).abs() < 0.1, "{pair:?}: {impulse}");
             }
         }

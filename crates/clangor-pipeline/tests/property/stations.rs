@@ -25,11 +25,14 @@ fn property_linear_keys_far_apart_are_stations_of_lines() {
     let motion = read_gltf_motion(&path, &[], FileUnits::default()).unwrap();
     let frames = &motion.nodes[0].frames;
     assert!(frames.windows(2).all(|pair| pair[1].time - pair[0].time < 1.001 / 240.0), "{}", frames.len());
-    for frame in frames {
+    let off = frames.iter().map(|frame| {
         let height = 0.3 * (1.0 - frame.time / 0.5).max(0.0);
-        // Residual seen: 6e-9, as values have 32 bits.
-        assert!(frame.pose.position.distance(DVec3::Y * height) < 1e-7, "{frame:?}");
-    }
+        frame.pose.position.distance(DVec3::Y * height)
+    });
+    let off = off.fold(0.0, f64::max);
+    println!("off the line by {off:.1e} m");
+    // Residual seen: 1.2e-8, as values have 32 bits.
+    assert!(off < 1e-7, "{off}");
 
     // The impact is at the key, with the momentum of the line.
     let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
@@ -42,6 +45,7 @@ fn property_linear_keys_far_apart_are_stations_of_lines() {
     let timeline = reader.read_all().unwrap();
     let impulse: f64 = timeline.contacts.iter().map(|row| row.impulse_n).sum();
     println!("{impulse} of {} N s at {:?}", 0.6 * mass, timeline.contacts.first().map(|row| row.time));
+    // Residual seen: 5e-9.
     assert!((impulse / (0.6 * mass) - 1.0).abs() < 0.02, "{impulse} of {}", 0.6 * mass);
     assert!(timeline.contacts.iter().all(|row| (row.time - 0.5).abs() < 0.5 / 240.0));
 }

@@ -26,7 +26,7 @@ pub use self::draft::DRAFT_ACCURACY;
 pub(crate) use self::draft::{MOST_VERTICES, meridian_options, suits_meridian};
 use self::frequencies::{Band, FittedBand, solve_band};
 pub(crate) use self::plan::coarser;
-pub use self::plan::estimated_operations;
+pub use self::plan::planned_cost;
 use self::solvers::prepare;
 pub(crate) use self::solvers::watched;
 use crate::effort::Effort;

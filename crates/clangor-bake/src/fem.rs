@@ -16,7 +16,7 @@ pub mod element;
 pub(crate) mod elimination;
 pub mod finite_cells;
 pub mod lamb_sphere;
-mod ordering;
+pub(crate) mod ordering;
 pub(crate) mod out_of_memory;
 pub(crate) mod prisms;
 mod products;

@@ -51,8 +51,8 @@ pub struct ModalBakeOptions {
     pub accuracy: f64,
     /// How much work the bake may be.
     pub effort: Effort,
-    /// CPU time \[s\], estimated, that the transfers may take. The estimate is made where the modes and the
-    /// mesh are known; the model does not depend on it.
+    /// CPU time \[s\], estimated, that finding the modes may take, and that their transfers may. It is
+    /// estimated where meshes are known; the model does not depend on it.
     pub patience: f64,
 }
 

@@ -30,6 +30,7 @@ use clangor_core::sound_model::modal::model::ModalMode;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
+use crate::cost::work_limit::{TooMuchWork, WorkLimit};
 use crate::fem::finite_cells::WrongCell;
 use crate::fem::supports::SupportError;
 use crate::fem::{ElasticConstants, ElasticSystem};
@@ -41,6 +42,7 @@ use crate::modal_analysis::eigensolver::ModalError;
 use immersed_body::{CellEffort, ImmersedBody};
 use mesh_errors::mesh_errors;
 pub use supported::{draft_supported_modal_analysis, supported_modal_analysis};
+pub(crate) use volume_fem::plate_nodes;
 use volume_fem::{Filling, VolumeFem};
 
 /// Settings of a modal analysis.
@@ -52,6 +54,8 @@ pub struct ModalAnalysisOptions {
     pub accuracy: f64,
     /// Most nodes of a mesh.
     pub most_nodes: usize,
+    /// CPU time \[s\], by the operations of the solves, that all meshes together may take.
+    pub patience: f64,
 }
 
 impl ModalAnalysisOptions {
@@ -60,7 +64,8 @@ impl ModalAnalysisOptions {
 
     /// Within 1 %.
     pub fn to(max_frequency: f64) -> Self {
-        ModalAnalysisOptions { max_frequency, accuracy: 0.01, most_nodes: Self::MOST_NODES }
+        let (most_nodes, patience) = (Self::MOST_NODES, f64::INFINITY);
+        ModalAnalysisOptions { max_frequency, accuracy: 0.01, most_nodes, patience }
     }
 }
 
@@ -149,6 +154,14 @@ pub enum ModalAnalysisError {
 }
 
 impl ModalAnalysisError {
+    /// The least CPU time \[s\] of an analysis that would take longer than allowed.
+    pub fn too_long(&self) -> Option<f64> {
+        match self {
+            ModalAnalysisError::Modes(ModalError::TooLong(TooMuchWork { seconds, .. })) => Some(*seconds),
+            _ => None,
+        }
+    }
+
     /// Whether the factors of a mesh do not fit.
     fn is_memory(&self) -> bool {
         matches!(self, ModalAnalysisError::Modes(ModalError::Memory { .. }))
@@ -309,7 +322,15 @@ pub(crate) trait RefinableDiscretization {
     /// Number of nodes, and length of edges in any unit.
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
     /// All modes up to a limit \[Hz\].
-    fn solve(&self, mesh: &Self::Mesh, limit: f64) -> Result<Spectrum<Self::Modes>, ModalAnalysisError>;
+    ///
+    /// # Errors
+    /// [`ModalError::TooLong`] beyond the limit of work.
+    fn solve(
+        &self,
+        mesh: &Self::Mesh,
+        limit: f64,
+        work: &WorkLimit,
+    ) -> Result<Spectrum<Self::Modes>, ModalAnalysisError>;
     /// 2ξω [1/s] of the first `count` modes by the dampers of supports.
     ///
     /// # Errors
@@ -365,14 +386,14 @@ fn refined<B: RefinableDiscretization>(
         ControlFlow::Break(()) => Err(ModalAnalysisError::Interrupted),
     };
     // Spectrum of the coarse mesh.
-    let limit = options.max_frequency;
+    let (limit, work) = (options.max_frequency, WorkLimit::of_seconds(options.patience));
     let mut mesh = body.coarse(limit, options.accuracy)?;
     let (nodes, mut edge) = body.size(&mesh);
     if nodes > options.most_nodes {
         return Err(ModalAnalysisError::TooLarge { nodes, most: options.most_nodes });
     }
     tell(0.0, nodes)?;
-    let mut spectrum = body.solve(&mesh, limit * COARSE_MARGIN)?;
+    let mut spectrum = body.solve(&mesh, limit * COARSE_MARGIN, &work)?;
     let mut errors: Vec<f64> = Vec::new();
     let mut ratio = body.first_ratio();
     // Refine until the estimated error meets the accuracy.
@@ -388,7 +409,7 @@ fn refined<B: RefinableDiscretization>(
             break;
         }
         tell(1.0 - 0.5_f64.powi(meshes as i32 - 1), nodes)?;
-        let fine = match body.solve(&finer, limit) {
+        let fine = match body.solve(&finer, limit, &work) {
             // The mesh before serves where this one does not fit.
             Err(error) if error.is_memory() && !errors.is_empty() => break,
             fine => fine?,

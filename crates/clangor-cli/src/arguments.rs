@@ -14,7 +14,8 @@ use clap::{Parser, Subcommand};
 
 pub(crate) use self::bake::{Bake, Bank, BankAction, Compare, Grid, Modes, Part, Representation};
 pub(crate) use self::files::{
-    Export, ExportFormat, Import, ImportFormat, Inspect, RecordedMotion, Serve, UpAxis, Validate,
+    Export, ExportFormat, FileAxesArguments, Import, ImportFormat, Inspect, RecordedMotion, Serve, UpAxis,
+    Validate,
 };
 pub(crate) use self::global::Global;
 pub(crate) use self::models::{Device, ModelArguments, Quality, Solver};

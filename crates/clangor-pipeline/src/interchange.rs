@@ -2,6 +2,7 @@
 
 pub mod audio_rigid_bodies;
 pub mod body_files;
+pub mod file_frame;
 mod gltf_bodies;
 mod imported_header;
 mod listed_flights;

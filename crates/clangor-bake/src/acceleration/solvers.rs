@@ -37,8 +37,8 @@ pub(super) fn prepare(
     let plan = FieldPlan::new(geometry, options)?;
     let options = BakeOptions { max_wavenumber: plan.max_wavenumber, ..*options };
     let mut failure = None;
-    for (candidate, operations) in &plan.candidates {
-        let (seconds, patience) = (operations / PER_SECOND, options.patience);
+    for (candidate, cost) in &plan.candidates {
+        let (seconds, patience) = (cost.operations / PER_SECOND, options.patience);
         if seconds > patience {
             return Err(BakeError::TooLong { seconds, patience });
         }

@@ -33,15 +33,15 @@ pub const PER_SECOND: f64 = 1e10;
 /// Operations that no field takes without being asked for by its method: some ten minutes of two cores.
 pub(crate) const MOST_OPERATIONS: f64 = 1.2e13;
 
-/// Operations of boundary elements from which on the time domain may take their place, if it takes fewer by a
-/// factor: cells of walls are less accurate.
+/// Operations of a solver from which on a less accurate one may take its place, if it takes fewer by a
+/// factor.
 pub(crate) const CHEAP: f64 = 100.0 * PER_SECOND;
 const PREFERENCE: f64 = 4.0;
 
-/// Whether a body is simulated in time that takes boundary elements so many operations, infinitely many where
-/// they do not fit, or time steps so many.
-pub(crate) fn in_time(elements: f64, time: f64) -> bool {
-    elements >= CHEAP && elements > PREFERENCE * time
+/// Whether a solver that takes so many operations, infinitely many where it does not fit, takes long, and
+/// much longer than another.
+pub(crate) fn much_longer(operations: f64, others: f64) -> bool {
+    operations >= CHEAP && operations > PREFERENCE * others
 }
 
 /// Operations up to which triangles solve the field of rigid motions, since they are more accurate: of a mug
@@ -51,7 +51,7 @@ const WORTH: f64 = 6e12;
 
 /// The same for the field of rigid motions by triangles, where no method is named.
 pub(crate) fn field_in_time(elements: f64, time: f64) -> bool {
-    elements > WORTH && in_time(elements, time)
+    elements > WORTH && much_longer(elements, time)
 }
 
 /// Frequencies beyond those of the spacing: near zero, and for tests.

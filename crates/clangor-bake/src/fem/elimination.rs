@@ -19,7 +19,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use glam::DMat3;
 
 use super::ElasticSystem;
-use super::ordering::{Ordering, best_ordering};
+use super::ordering::{Fill, Ordering, best_ordering};
 use super::out_of_memory::OutOfMemory;
 
 /// Order and pattern. The factor is supernodal: columns of the same pattern are one dense block. Indices have
@@ -31,6 +31,7 @@ pub(crate) struct Elimination {
     /// Column starts and rows of the lower half of the matrix, by unknowns.
     starts: Vec<u32>,
     rows: Vec<u32>,
+    fill: Fill,
     spare: Mutex<Spare>,
 }
 
@@ -50,7 +51,7 @@ impl Elimination {
     pub(crate) fn new(system: &ElasticSystem) -> Result<Self, OutOfMemory> {
         let size = 3 * system.node_count();
         let (starts, rows) = unknowns(system).ok_or(OutOfMemory { unknowns: size })?;
-        let Ordering { forward, inverse } = best_ordering(system)?;
+        let Ordering { forward, inverse, fill } = best_ordering(system)?;
         let pattern = SymbolicSparseColMatRef::new_checked(size, size, &starts, None, &rows);
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
@@ -60,7 +61,7 @@ impl Elimination {
         let ordering = SymmetricOrdering::Custom(permutation);
         let cholesky = factorize_symbolic_cholesky(pattern, Side::Lower, ordering, parameters)
             .map_err(|_| OutOfMemory { unknowns: size })?;
-        Ok(Elimination { cholesky, order: forward, starts, rows, spare: Mutex::default() })
+        Ok(Elimination { cholesky, order: forward, starts, rows, fill, spare: Mutex::default() })
     }
 
     /// Number of unknowns.
@@ -78,6 +79,11 @@ impl Elimination {
             SymbolicCholeskyRaw::Supernodal(symbolic) => symbolic,
             SymbolicCholeskyRaw::Simplicial(_) => unreachable!("new demands supernodes"),
         }
+    }
+
+    /// Size of a factor, and the work to compute it.
+    pub(crate) fn fill(&self) -> Fill {
+        self.fill
     }
 
     pub(crate) fn order(&self) -> &[u32] {

@@ -27,17 +27,30 @@ const NONE: u32 = u32::MAX;
 pub(super) struct Ordering {
     pub(super) forward: Vec<u32>,
     pub(super) inverse: Vec<u32>,
+    /// Of the factor.
+    pub(super) fill: Fill,
+}
+
+/// Size of a factor, and the work to compute it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fill {
+    /// Numbers below the diagonal and on it.
+    pub(crate) numbers: f64,
+    /// Multiplications.
+    pub(crate) multiplications: f64,
 }
 
 pub(super) fn best_ordering(system: &ElasticSystem) -> Result<Ordering, OutOfMemory> {
     let graph = Graph::of(system);
     let degree = minimum_degree(system)?;
     let dissection = dissect(&graph, system.nodes());
-    let best = if graph.work(&dissection) < graph.work(&degree) { dissection } else { degree };
+    let fills = [graph.fill(&dissection), graph.fill(&degree)];
+    let is_better = fills[0].multiplications < fills[1].multiplications;
+    let (best, fill) = if is_better { (dissection, fills[0]) } else { (degree, fills[1]) };
     let forward: Vec<u32> = best.iter().flat_map(|n| [0, 1, 2].map(|axis| 3 * n + axis)).collect();
     let mut inverse = vec![0; forward.len()];
     forward.iter().enumerate().for_each(|(k, n)| inverse[*n as usize] = k as u32);
-    Ok(Ordering { forward, inverse })
+    Ok(Ordering { forward, inverse, fill })
 }
 
 fn minimum_degree(system: &ElasticSystem) -> Result<Vec<u32>, OutOfMemory> {
@@ -91,11 +104,12 @@ impl Graph {
         &self.neighbours[self.starts[node as usize]..self.starts[node as usize + 1]]
     }
 
-    /// Multiplications of a factorisation in this order: the sum of the squares of the column counts.
+    /// The factor in this order, with three unknowns to a node. The multiplications are half the sum of the
+    /// squares of the column counts.
     ///
     /// Source: Liu (1990), "The role of elimination trees in sparse factorization": row k of the factor is a
     /// subtree of the elimination tree, whose nodes are met by climbing from the neighbours of k.
-    fn work(&self, order: &[u32]) -> f64 {
+    fn fill(&self, order: &[u32]) -> Fill {
         let count = order.len();
         let mut place = vec![0_u32; count];
         order.iter().enumerate().for_each(|(k, n)| place[*n as usize] = k as u32);
@@ -130,7 +144,8 @@ impl Graph {
                 }
             }
         }
-        counts.iter().map(|c| f64::from(*c) * f64::from(*c)).sum()
+        let sum = |power: i32| counts.iter().map(|c| (3.0 * f64::from(*c)).powi(power)).sum::<f64>();
+        Fill { numbers: 3.0 * sum(1), multiplications: 1.5 * sum(2) }
     }
 }
 

@@ -20,7 +20,7 @@ mod quality;
 pub mod resolution;
 mod size_field;
 mod symmetric_mesh;
-mod volume_fit;
+pub(super) mod volume_fit;
 
 use std::f64::consts::PI;
 

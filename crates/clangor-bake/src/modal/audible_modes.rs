@@ -27,9 +27,11 @@ use crate::modal_analysis::modal_density::frequency_of_mode;
 use crate::modal_analysis::{ModalAnalysis, ModalAnalysisError, ModalAnalysisOptions, ModalAnalysisProgress};
 use crate::statistical::{SPREAD_DB, StatisticalBand};
 
-/// Modes of a draft, by their average density, and nodes of its meshes.
+/// Modes of a draft, by their average density, and nodes of its meshes; more nodes of a body that no narrower
+/// band needs fewer for, as a plate of many corners: seen 1 s for a tuning fork on 9800.
 const DRAFT_MODES: f64 = 100.0;
 const DRAFT_NODES: usize = 4000;
+const MOST_DRAFT_NODES: usize = 12_000;
 /// Most modes that are found one by one, by their average density: what lies above is statistical.
 const MOST_MODES: f64 = 500.0;
 /// Factor on the limit after a failure, and the lowest limit \[Hz\].
@@ -53,6 +55,7 @@ pub(super) fn audible_modes(
     let volume = geometry.mass_properties().map_err(StuffingError::Input)?.volume;
     let highest = highest_radiating(geometry, options);
     let mut effort = options.effort;
+    let mut draft_nodes = DRAFT_NODES;
     let mut limit = first_limit(geometry, volume, material, options);
     let mut needed = None;
     loop {
@@ -61,8 +64,9 @@ pub(super) fn audible_modes(
             accuracy: options.mesh_error,
             most_nodes: match effort {
                 Effort::Exact => options.most_nodes,
-                Effort::Draft => DRAFT_NODES.min(options.most_nodes),
+                Effort::Draft => draft_nodes.min(options.most_nodes),
             },
+            patience: options.patience,
         };
         match held.modes(geometry, (constants, effort), &settings, progress) {
             Ok(found) => return Ok(found),
@@ -84,6 +88,11 @@ pub(super) fn audible_modes(
                 }
                 Some(_) if effort == Effort::Exact => {
                     effort = Effort::Draft;
+                    limit = first_limit(geometry, volume, material, &ModalBakeOptions { effort, ..*options });
+                    needed = None;
+                }
+                Some((Excess::Nodes, _)) if draft_nodes < MOST_DRAFT_NODES => {
+                    draft_nodes = MOST_DRAFT_NODES;
                     limit = first_limit(geometry, volume, material, &ModalBakeOptions { effort, ..*options });
                     needed = None;
                 }

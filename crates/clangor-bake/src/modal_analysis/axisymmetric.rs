@@ -22,6 +22,7 @@ use clangor_core::geometry::meridian::Meridian;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::{DQuat, DVec3};
 
+use crate::cost::work_limit::WorkLimit;
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::Axisymmetry;
 use crate::modal_analysis::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
@@ -113,8 +114,9 @@ impl RefinableDiscretization for AxisymmetricBody<'_> {
         &self,
         mesh: &AxisymmetricMesh,
         limit: f64,
+        work: &WorkLimit,
     ) -> Result<Spectrum<Vec<SectionMode>>, ModalAnalysisError> {
-        let found = spectrum(&mesh.section, self.constants, limit)?;
+        let found = spectrum(&mesh.section, self.constants, limit, work)?;
         let both = |m: &SectionMode| std::iter::repeat_n(m.frequency, if m.order == 0 { 1 } else { 2 });
         Ok(Spectrum {
             frequencies: found.modes.iter().flat_map(both).collect(),

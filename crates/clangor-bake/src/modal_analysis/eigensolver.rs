@@ -17,6 +17,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use crate::cost::work_limit::TooMuchWork;
 use crate::fem::out_of_memory::OutOfMemory;
 pub(crate) use lanczos::eigenvectors as symmetric_eigenvectors;
 pub use lowest::lowest_frequency;
@@ -97,6 +98,9 @@ pub enum ModalError {
     /// The number of rigid motions is not six.
     #[error("the mesh falls into parts that do not hang together")]
     LooseParts,
+    /// More work than allowed.
+    #[error(transparent)]
+    TooLong(#[from] TooMuchWork),
     /// No memory for the factors.
     #[error("not enough memory for the factors of {unknowns} unknowns")]
     Memory {

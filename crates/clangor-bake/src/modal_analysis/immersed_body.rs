@@ -29,6 +29,7 @@ use mirrors::Mirrors;
 
 use super::mirror_parities::{MirrorParities, PartMode, PartNodes};
 use super::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
+use crate::cost::work_limit::WorkLimit;
 use crate::fem::finite_cells::{
     CellGrid, FiniteCells, Order, Planes, Refinement, edge_for, edge_of_cells, expected,
 };
@@ -323,14 +324,19 @@ impl RefinableDiscretization for ImmersedBody<'_> {
         mesh.shares.get(mode).copied()
     }
 
-    fn solve(&self, mesh: &Immersed, limit: f64) -> Result<Spectrum<Vec<PartMode>>, ModalAnalysisError> {
+    fn solve(
+        &self,
+        mesh: &Immersed,
+        limit: f64,
+        work: &WorkLimit,
+    ) -> Result<Spectrum<Vec<PartMode>>, ModalAnalysisError> {
         let system = mesh.cells.system(self.constants);
         let system = match self.supports.is_empty() {
             true => system,
             false => system.held_by(&self.holding(mesh)?),
         };
         let nodes = PartNodes { places: mesh.cells.nodes(), on_planes: &mesh.cells.on_mirrors() };
-        Ok(mesh.mirrors().spectrum(&system, nodes, limit)?)
+        Ok(mesh.mirrors().spectrum(&system, nodes, limit, work)?)
     }
 
     fn support_damping(

@@ -15,6 +15,7 @@ use std::borrow::Cow;
 use glam::DVec3;
 
 use super::Spectrum;
+use crate::cost::work_limit::WorkLimit;
 use crate::fem::ElasticSystem;
 use crate::fem::elimination::Elimination;
 use crate::modal_analysis::eigensolver::{ModalError, Mode, solve_in};
@@ -54,6 +55,7 @@ impl MirrorParities {
         system: &ElasticSystem,
         nodes: PartNodes<'_>,
         limit: f64,
+        work: &WorkLimit,
     ) -> Result<Spectrum<Vec<PartMode>>, ModalError> {
         let mut all =
             Spectrum { frequencies: Vec::new(), first: f64::INFINITY, residual: 0.0, modes: Vec::new() };
@@ -64,7 +66,7 @@ impl MirrorParities {
                 true => Cow::Owned(self.restricted(system, nodes, parity)),
                 false => Cow::Borrowed(system),
             };
-            match solve_in(&structure, &own, limit) {
+            match solve_in(&structure, &own, limit, work) {
                 Ok(found) => {
                     all.residual = all.residual.max(found.residual);
                     all.modes.extend(found.modes.into_iter().map(|mode| self.of_whole(mode, parity)));

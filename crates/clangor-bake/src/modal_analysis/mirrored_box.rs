@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Spectrum;
 use super::mirror_parities::{MirrorParities, PartMode, PartNodes};
+use crate::cost::work_limit::WorkLimit;
 use crate::fem::ElasticConstants;
 use crate::fem::across_walls::Unknowns;
 use crate::fem::bricks::box_of_bricks;
@@ -48,7 +49,7 @@ impl MirroredBox<'_> {
         &self,
         whole: &TetMesh,
         part: &TetMesh,
-        limit: f64,
+        (limit, work): (f64, &WorkLimit),
     ) -> Result<Spectrum<Vec<Mode>>, ModalError> {
         let (mirrors, part_edges, part_cells) = (self.mirrors(), self.part_edges(), self.part_cells());
         let system = box_of_bricks(part, part_edges, part_cells, self.constants, Unknowns::AcrossWalls);
@@ -58,8 +59,9 @@ impl MirroredBox<'_> {
         let places: Vec<DVec3> = system.nodes().iter().map(|p| *p + offset).collect();
         let on = |p: &DVec3| [0, 1, 2].map(|a| mirrored[a] && p[a] < ON_PLANE * part_edges[a]);
         let on_planes: Vec<[bool; 3]> = places.iter().map(on).collect();
+        let nodes = PartNodes { places: &places, on_planes: &on_planes };
         let Spectrum { frequencies, first, residual, modes } =
-            mirrors.spectrum(&system, PartNodes { places: &places, on_planes: &on_planes }, limit)?;
+            mirrors.spectrum(&system, nodes, limit, work)?;
         let images = self.images(whole, part, part_edges, part_cells);
         let unfolded = |PartMode { parity, mode }: &PartMode| {
             let motion =

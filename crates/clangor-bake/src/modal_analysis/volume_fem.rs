@@ -16,7 +16,10 @@ use super::mirror_parities::{MirrorParities, PartNodes};
 use super::mirrored_box::MirroredBox;
 use super::plate_mesh::plate_mesh;
 use super::plate_sizes::{CornerSizes, PlateSizes};
-use super::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
+use super::{
+    Finer, ModalAnalysisError, ModalAnalysisOptions, RefinableDiscretization, Spectrum, shortest_wave,
+};
+use crate::cost::work_limit::WorkLimit;
 use crate::fem::across_walls::Unknowns;
 use crate::fem::bricks::box_of_bricks;
 use crate::fem::prisms::{Prisms, plate_of_prisms};
@@ -166,6 +169,24 @@ impl<'a> VolumeFem<'a> {
         }
     }
 
+    /// The edge of the coarse mesh of a plate that waves want as short \[m\], and sizes at its corners.
+    fn plate_sizes(&self, plate: &FlatPlate, edge: f64) -> (f64, CornerSizes) {
+        // Finer across arms too, at whose edges torsion varies over the thickness.
+        let edge = edge.min(0.5 * plate.mean_width());
+        let [first @ .., last] = &AT_CORNERS;
+        let part = COARSE_PART * self.most_nodes as f64;
+        let at = |of_sides: &f64| CornerSizes { of_sides: *of_sides, coarsest: 2.0 * edge, part: 1.0 };
+        let fits = |of_sides: &&f64| self.expected([0; 3], edge, at(of_sides))[1] <= part;
+        (edge, at(first.iter().find(fits).unwrap_or(last)))
+    }
+
+    /// The longest edge of the coarse mesh \[m\] for waves up to a limit \[Hz\].
+    fn coarse_edge(&self, limit: f64, accuracy: f64) -> f64 {
+        let elements = ELEMENTS_PER_WAVE * (0.01 / accuracy).powf(0.25);
+        let wave = shortest_wave(self.constants, self.wall, limit);
+        self.first_ratio() * (wave / elements).min(self.size / LEAST_ELEMENTS)
+    }
+
     fn with_cells(
         &self,
         cells: [usize; 3],
@@ -250,23 +271,15 @@ impl RefinableDiscretization for VolumeFem<'_> {
     }
 
     fn coarse(&self, limit: f64, accuracy: f64) -> Result<Filled, ModalAnalysisError> {
-        let elements = ELEMENTS_PER_WAVE * (0.01 / accuracy).powf(0.25);
-        let wave = shortest_wave(self.constants, self.wall, limit);
-        let edge = self.first_ratio() * (wave / elements).min(self.size / LEAST_ELEMENTS);
+        let edge = self.coarse_edge(limit, accuracy);
         let count = |length: f64| (length / edge).ceil().max(1.0) as usize;
         let even = CornerSizes { of_sides: 1.0, coarsest: edge, part: 1.0 };
         match &self.form {
             Filling::Ellipsoid(semi_axes) => self.with_cells([count(semi_axes.max_element()); 3], edge, even),
             Filling::Block(edges) => self.with_cells(box_cells(*edges, edge), edge, even),
             Filling::Plate(plate) => {
-                // Finer across arms too, at whose edges torsion varies over the thickness.
-                let edge = edge.min(0.5 * plate.mean_width());
-                let [first @ .., last] = &AT_CORNERS;
-                let part = COARSE_PART * self.most_nodes as f64;
-                let at =
-                    |of_sides: &f64| CornerSizes { of_sides: *of_sides, coarsest: 2.0 * edge, part: 1.0 };
-                let fits = |of_sides: &&f64| self.expected([0; 3], edge, at(of_sides))[1] <= part;
-                self.with_cells([0; 3], edge, at(first.iter().find(fits).unwrap_or(last)))
+                let (edge, at) = self.plate_sizes(plate, edge);
+                self.with_cells([0; 3], edge, at)
             }
         }
     }
@@ -293,19 +306,24 @@ impl RefinableDiscretization for VolumeFem<'_> {
         (mesh.mesh.nodes.len(), mesh.edge)
     }
 
-    fn solve(&self, mesh: &Filled, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalAnalysisError> {
+    fn solve(
+        &self,
+        mesh: &Filled,
+        limit: f64,
+        work: &WorkLimit,
+    ) -> Result<Spectrum<Vec<Mode>>, ModalAnalysisError> {
         // Supports break the mirror symmetry of a box.
         if let (Filling::Block(edges), Some(part), true) = (&self.form, &mesh.part, self.supports.is_empty())
         {
             let mirrored = MirroredBox { edges: *edges, cells: mesh.cells, constants: self.constants };
-            return Ok(mirrored.solve(&mesh.mesh, part, limit)?);
+            return Ok(mirrored.solve(&mesh.mesh, part, (limit, work))?);
         }
         let system = self.assembled(mesh);
         let system = match self.supports.is_empty() {
             true => system,
             false => system.held_by(&Holding::new(&mesh.mesh, self.supports)?),
         };
-        Ok(spectrum(&system, limit)?)
+        Ok(spectrum(&system, limit, work)?)
     }
 
     fn support_damping(
@@ -339,10 +357,19 @@ impl RefinableDiscretization for VolumeFem<'_> {
     }
 }
 
+/// Expected nodes of the last mesh of a plate for modes up to a limit \[Hz\]: of the second, with twice the
+/// triangles of the first, as a rule.
+pub(crate) fn plate_nodes(plate: FlatPlate, constants: &ElasticConstants, limit: f64, accuracy: f64) -> f64 {
+    let body = VolumeFem::new(Filling::Plate(plate), constants, ModalAnalysisOptions::MOST_NODES);
+    let Filling::Plate(plate) = &body.form else { return 0.0 };
+    let (edge, at) = body.plate_sizes(plate, body.coarse_edge(limit, accuracy));
+    2.0 * body.expected([0; 3], edge, at)[1]
+}
+
 /// All modes of a system up to a limit \[Hz\].
-fn spectrum(system: &ElasticSystem, limit: f64) -> Result<Spectrum<Vec<Mode>>, ModalError> {
+fn spectrum(system: &ElasticSystem, limit: f64, work: &WorkLimit) -> Result<Spectrum<Vec<Mode>>, ModalError> {
     let nodes = PartNodes { places: &[], on_planes: &[] };
     let Spectrum { frequencies, first, residual, modes } =
-        MirrorParities::default().spectrum(system, nodes, limit)?;
+        MirrorParities::default().spectrum(system, nodes, limit, work)?;
     Ok(Spectrum { frequencies, first, residual, modes: modes.into_iter().map(|part| part.mode).collect() })
 }

@@ -43,7 +43,7 @@ const AVERAGE: f64 = 0.6;
 /// Whether modes are simulated in time that take boundary elements so many CPU-s, infinitely many where they
 /// do not fit, or so many cell updates.
 fn in_time(elements: f64, updates: f64) -> bool {
-    operations::in_time(elements * PER_SECOND, updates / UPDATES * PER_SECOND)
+    operations::much_longer(elements * PER_SECOND, updates / UPDATES * PER_SECOND)
 }
 
 /// Expected k of modes up to `highest` [1/m].

@@ -74,6 +74,7 @@ fn bodies_of_revolution_find_their_section() {
         "ring",
         "torus:0.02x0.006",
         "torus:0.05x0.002",
+        "torus:0.1x0.0005",
     ] {
         let exact =
             Shape::parse(shape).expect("a shape").meridian().expect("a section").about_centre_of_mass();

@@ -3,10 +3,13 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use clangor_bake::acceleration::{BakeError, BakeOptions, Evidence, Method, bake, estimated_operations};
+use clangor_bake::acceleration::{BakeError, BakeOptions, Evidence, Method, bake, planned_cost};
 use clangor_bake::cost::PER_SECOND;
 use clangor_bake::geometry_class::bake_geometry::BakeGeometry;
+use clangor_bake::modal::{ModalBakeError, ModalBakeOptions, find_modes};
 use clangor_core::geometry::mass_properties::MassProperties;
+use clangor_core::material::presets;
+use clangor_core::medium::Medium;
 use clangor_core::shape::Shape;
 use glam::DVec3;
 
@@ -53,7 +56,7 @@ fn a_body_too_large_for_the_band_has_a_narrower_one() {
     let door = BakeGeometry::RoundedBox { edges: DVec3::new(2.0, 0.8, 0.04), round: 0.0 };
     for (geometry, frequency) in [(mesh("mug"), 150e3), (door, 20e3)] {
         let options = BakeOptions::new(wavenumber(frequency), 0.02);
-        let operations = estimated_operations(&geometry, &options).unwrap();
+        let operations = planned_cost(&geometry, &options).unwrap().operations;
         println!("{operations:.1e}");
         assert!(operations > 0.0 && operations < 2e13, "{operations:e}");
     }
@@ -64,7 +67,7 @@ fn a_bake_that_needs_more_than_its_patience_says_how_much() {
     // The wire needs shorter edges than were planned.
     let wire = mesh("torus:0.03x0.0015");
     let options = BakeOptions { method: Method::Bem, ..BakeOptions::new(wavenumber(20e3), 0.01) };
-    let planned = estimated_operations(&wire, &options).unwrap() / PER_SECOND;
+    let planned = planned_cost(&wire, &options).unwrap().operations / PER_SECOND;
     for patience in [0.5 * planned, 1.2 * planned] {
         let options = BakeOptions { patience, ..options };
         match bake(&wire, &options, &mut |_| ControlFlow::Continue(())) {
@@ -78,11 +81,31 @@ fn a_bake_that_needs_more_than_its_patience_says_how_much() {
 }
 
 #[test]
+fn modes_that_need_more_than_their_patience_end_before_it() {
+    let glass = presets::GLASS.material();
+    let key = mesh("key");
+    let modes = |patience: f64| {
+        let options = ModalBakeOptions { patience, ..ModalBakeOptions::new(Medium::AIR) };
+        find_modes(&key, &glass, &options, &mut |_| ControlFlow::Continue(()))
+    };
+    let (all, _) = modes(f64::INFINITY).unwrap();
+    // The first mesh takes some hundredths of a second, the last some tenths.
+    for patience in [0.01, 0.2] {
+        let Err(ModalBakeError::ModalAnalysis(error)) = modes(patience) else { panic!("{patience}") };
+        let least = error.too_long().unwrap();
+        println!("{least:.3} s at least, {patience} s allowed");
+        assert!(least > patience, "{least}");
+    }
+    // What ends in time does not depend on the patience.
+    assert_eq!(modes(100.0).unwrap().0, all);
+}
+
+#[test]
 fn a_block_too_large_for_patches_has_triangles() {
     let block = BakeGeometry::RoundedBox { edges: DVec3::new(0.12, 0.3, 0.12), round: 0.0 };
     let operations = |method| {
         let options = BakeOptions { method, ..BakeOptions::new(wavenumber(20e3), 0.01) };
-        estimated_operations(&block, &options).unwrap()
+        planned_cost(&block, &options).unwrap().operations
     };
     // The named method takes the whole band whatever the work is; without a name, so does the same one.
     let [auto, elements] = [Method::Auto, Method::Bem].map(operations);

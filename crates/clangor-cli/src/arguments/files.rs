@@ -53,6 +53,8 @@ pub(crate) enum ImportFormat {
         /// Leave all bodies where the scene starts them
         #[arg(long)]
         at_rest: bool,
+        #[command(flatten)]
+        axes: FileAxesArguments,
         /// Replace an existing timeline
         #[arg(long)]
         force: bool,
@@ -65,6 +67,22 @@ pub(crate) struct RecordedMotion {
     /// Contact lists of the same motion; without any, impacts are found in the motion
     #[arg(long, value_name = "LIST")]
     pub(crate) contacts: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) axes: FileAxesArguments,
+    /// Write a row for each point of lasting contact in each frame, as with `rolling = true` in the scene
+    #[arg(long)]
+    pub(crate) raw_log: bool,
+    /// The timeline folder to write
+    #[arg(short, long, value_name = "RUN.timeline")]
+    pub(crate) output: PathBuf,
+    /// Replace an existing timeline
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// Axes and units of files of other programs.
+#[derive(Args)]
+pub(crate) struct FileAxesArguments {
     /// Axis that points up in tables of poses and contact lists; glTF always has y
     #[arg(long, value_enum, default_value = "y")]
     pub(crate) up: UpAxis,
@@ -76,15 +94,6 @@ pub(crate) struct RecordedMotion {
     /// second. Speeds of contact lists stay per second
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = time_unit)]
     pub(crate) time_scale: f64,
-    /// Write a row for each point of lasting contact in each frame, as with `rolling = true` in the scene
-    #[arg(long)]
-    pub(crate) raw_log: bool,
-    /// The timeline folder to write
-    #[arg(short, long, value_name = "RUN.timeline")]
-    pub(crate) output: PathBuf,
-    /// Replace an existing timeline
-    #[arg(long)]
-    pub(crate) force: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

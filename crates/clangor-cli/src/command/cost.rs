@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use clangor_core::body::Surface;
-use clangor_pipeline::stages::bake_costs::{BakeCost, bake_costs};
+use clangor_pipeline::stages::bake_costs::{BakeCost, Estimate, bake_costs};
 use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts};
 use clangor_pipeline::stages::load::LoadedScene;
 use clangor_pipeline::stages::simulate::solver;
@@ -34,9 +34,9 @@ pub(crate) struct SceneCost {
     steps: Option<u64>,
     /// Poses of the timeline, without those at impacts.
     pose_rows: u64,
-    /// Estimated modes up to 20 kHz of all forms that move.
+    /// Estimated modes up to 20 kHz of all forms but planes.
     modes: f64,
-    /// Of the models of all forms that move, at each quality; of unknowns the most of any form.
+    /// Of the models of all forms, at each quality; of unknowns the most of any form.
     models: Vec<BakeCost>,
 }
 
@@ -53,8 +53,13 @@ impl SceneCost {
             if let Surface::Mesh(surface) = &*body.surface {
                 triangles += surface.mesh.triangles.len();
             }
-            if body.motion.is_movable() {
-                add(&mut models, &bake_costs(&body.surface, Some(&body.material)));
+            let mut costs = bake_costs(&body.surface, Some(&body.material), Estimate::Quick);
+            // What is held rings and does not click.
+            if !body.motion.is_movable() {
+                costs.iter_mut().for_each(|cost| (cost.clicks, cost.unknowns) = (0.0, 0.0));
+            }
+            add(&mut models, &costs);
+            if !body.surface.is_plane() {
                 modes += BodyFacts::of(&body.surface)
                     .map_or(0.0, |facts| facts.modes_below(AUDIBLE, &body.material).0);
             }
@@ -85,7 +90,9 @@ impl SceneCost {
         let steps = steps.map_or("no steps (exact solver)".into(), |steps| format!("{steps} steps"));
         console.say(format_args!("  {steps}, {pose_rows} rows of poses besides those of impacts"));
         match *modes < FEW {
-            true => console.say(format_args!("  fewer than {FEW} modes to 20 kHz by their density")),
+            true => console.say(format_args!(
+                "  few modes to 20 kHz: fewer than {FEW} by their density, which counts bars too low"
+            )),
             false => console.say(format_args!("  about {modes:.0} modes to 20 kHz by their density")),
         }
         say_costs(models, console);

@@ -3,14 +3,15 @@
 use std::path::Path;
 
 use clangor_core::scene::diagnostic::Doubt;
-use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
+use clangor_pipeline::interchange::body_files::{ListReading, ListedMotion, import_contacts};
+use clangor_pipeline::interchange::file_frame::FileAxes;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
 use clangor_pipeline::motion::recording::{LengthUnit, TimeUnit};
 use clangor_pipeline::stages::load::load_scene;
 use serde_json::json;
 
 use super::{check_ending, load};
-use crate::arguments::{Global, Import, ImportFormat, RecordedMotion, UpAxis};
+use crate::arguments::{FileAxesArguments, Global, Import, ImportFormat, RecordedMotion, UpAxis};
 use crate::console::{Console, counted};
 use crate::diagnostics::draw_warnings;
 use crate::failure::Failure;
@@ -20,11 +21,12 @@ const DOUBTFUL: f64 = 0.5;
 
 pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Result<(), Failure> {
     match &options.format {
-        ImportFormat::Contacts { scene, list, output, at_rest, force } => {
+        ImportFormat::Contacts { scene, list, output, at_rest, axes, force } => {
             check_ending(output, "timeline")?;
             let loaded = load(scene, global, &|_| (), console)?;
             let motion = if *at_rest { ListedMotion::AtRest } else { ListedMotion::Flights };
-            let imported = import_contacts(&loaded, list, motion, output, *force)?;
+            let reading = ListReading { motion, axes: of_axes(axes) };
+            let imported = import_contacts(&loaded, list, reading, output, *force)?;
             imported.warnings.iter().for_each(|warning| console.warn(warning));
             imported.notices.iter().for_each(|notice| console.note(notice));
             let contacts = imported.rows.contacts;
@@ -61,12 +63,18 @@ fn poses_of(count: u64) -> String {
     counted(count as usize, "pose", "poses")
 }
 
+fn of_axes(axes: &FileAxesArguments) -> FileAxes {
+    FileAxes {
+        z_up: axes.up == UpAxis::Z,
+        unit: LengthUnit { metres: axes.scale },
+        time_unit: TimeUnit { seconds: axes.time_scale },
+    }
+}
+
 fn of_motion(common: &RecordedMotion) -> MotionFiles {
     MotionFiles {
         contacts: common.contacts.clone(),
-        z_up: common.up == UpAxis::Z,
-        unit: LengthUnit { metres: common.scale },
-        time_unit: TimeUnit { seconds: common.time_scale },
+        axes: of_axes(&common.axes),
         raw_log: common.raw_log,
         ..MotionFiles::default()
     }

@@ -16,7 +16,7 @@ use clangor_pipeline::formats::model_cache::ModelCache;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{WavEncoding, WavReader};
 use clangor_pipeline::session::named_body::preset;
-use clangor_pipeline::stages::bake_costs::bake_costs;
+use clangor_pipeline::stages::bake_costs::{Estimate, bake_costs};
 use clangor_pipeline::stages::body_facts::{AUDIBLE, BodyFacts};
 use clangor_pipeline::stages::load::{geometry_reference, load_geometry, load_mesh, size_warning};
 use clangor_pipeline::stages::sound_models::{SoundFile, read_sound_file};
@@ -253,7 +253,7 @@ fn scene(path: &Path, global: &Global, console: &Console) -> Result<(), Failure>
         if let Some(facts) = BodyFacts::of(&body.surface).filter(|_| !described) {
             console.say(format_args!("  {}, {}", sizes(&facts), modes(&facts, &body.material)));
             if body.motion.is_movable() {
-                say_costs(&bake_costs(&body.surface, Some(&body.material)), console);
+                say_costs(&bake_costs(&body.surface, Some(&body.material), Estimate::Quick), console);
             }
             said.push((Arc::as_ptr(&body.surface).addr(), body.material.name.as_str()));
         }
@@ -353,7 +353,7 @@ fn geometry(options: &Inspect, global: &Global, console: &Console) -> Result<(),
             console.say(format_args!("in {}: {mass:.6e} kg, {}", material.name, modes(facts, material)));
         }
     }
-    let costs = bake_costs(&loaded.surface, material.as_ref());
+    let costs = bake_costs(&loaded.surface, material.as_ref(), Estimate::Planned);
     say_costs(&costs, console);
     console.json(&json!({
         "body": facts.map(|facts| facts_json(&facts, material.as_ref())),
@@ -407,7 +407,9 @@ fn modes(facts: &BodyFacts, material: &Material) -> String {
         ModalDensity::Solid => "a solid",
     };
     match count < FEW {
-        true => format!("fewer than {FEW} modes to 20 kHz by the density of {density}"),
+        true => format!(
+            "few modes to 20 kHz: fewer than {FEW} by the density of {density}, which counts bars too low"
+        ),
         false => format!("about {count:.0} modes to 20 kHz by the density of {density}"),
     }
 }

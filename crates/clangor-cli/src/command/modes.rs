@@ -38,9 +38,9 @@ pub(crate) fn run(options: &Modes, console: &Console) -> Result<(), Failure> {
     let progress = console.progress("find modes", 1.0);
     let mut on_progress = |p: &ModalAnalysisProgress| progress.reached(p.done);
     let settings = ModalAnalysisOptions {
-        max_frequency: options.max_frequency,
         accuracy: options.accuracy,
         most_nodes: options.max_nodes,
+        ..ModalAnalysisOptions::to(options.max_frequency)
     };
     // The matrices are of the whole body, which is then solved without its mirror planes.
     let found = match options.export {

@@ -61,8 +61,9 @@ pub enum MeshError {
     },
     /// Edges with more than two triangles.
     #[error(
-        "{edges} edges have more than two triangles, one near {position:.5}; remove faces inside of the \
-         body, or separate the parts that touch there"
+        "{} more than two triangles, one near {position:.5}; remove faces inside of the body, or separate \
+         the parts that touch there",
+        if *edges == 1 { "1 edge has".into() } else { format!("{edges} edges have") }
     )]
     NonManifold {
         /// Number of edges.

@@ -111,20 +111,21 @@ impl Profile {
     }
 }
 
-/// Fewest sides of a cylinder, however slender it is: a rod of eight sides is a tenth lighter than a round
-/// one, and bends more easily.
+/// Fewest sides of a cylinder, and fewest chords around the tube of a torus, however slender they are: a rod
+/// of eight sides is a tenth lighter than a round one, and bends more easily.
 const FEWEST_SIDES: f64 = 48.0;
+const FEWEST_CHORDS: f64 = 24.0;
 
-/// Largest sagitta on a circle \[m\] that gives it the fewest sides, where those of an edge are fewer.
-fn sagitta_of(radius: f64, edge: f64) -> f64 {
-    let is_coarse = TAU * radius / edge < FEWEST_SIDES;
-    if is_coarse { radius * (1.0 - (PI / FEWEST_SIDES).cos()) } else { f64::INFINITY }
+/// Largest sagitta on a circle \[m\] that gives it at least `fewest` chords, where those of an edge are
+/// fewer.
+fn sagitta_of(radius: f64, edge: f64, fewest: f64) -> f64 {
+    if TAU * radius / edge < fewest { radius * (1.0 - (PI / fewest).cos()) } else { f64::INFINITY }
 }
 
 /// A cylinder of full height `height` about the origin.
 pub(super) fn cylinder_profile(radius: f64, height: f64, edge: f64) -> Profile {
     let half = 0.5 * height;
-    Profile::start(DVec2::new(0.0, -half), edge, sagitta_of(radius, edge))
+    Profile::start(DVec2::new(0.0, -half), edge, sagitta_of(radius, edge, FEWEST_SIDES))
         .line_to(radius, -half)
         .line_to(radius, half)
         .line_to(0.0, half)
@@ -134,7 +135,7 @@ pub(super) fn cylinder_profile(radius: f64, height: f64, edge: f64) -> Profile {
 pub(super) fn torus_profile(major: f64, minor: f64, edge: f64) -> Profile {
     let centre = DVec2::new(major, 0.0);
     let (outermost, innermost) = (centre + DVec2::X * minor, centre - DVec2::X * minor);
-    Profile::start(outermost, edge, f64::INFINITY)
+    Profile::start(outermost, edge, sagitta_of(minor, edge, FEWEST_CHORDS))
         .arc_to(centre, innermost, 1.0)
         .arc_to(centre, outermost, 1.0)
         .close()

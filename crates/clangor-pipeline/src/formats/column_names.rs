@@ -5,6 +5,9 @@ use clangor_core::scene::suggest::nearest;
 /// Names of columns that are listed at most.
 const MOST_NAMES: usize = 24;
 
+/// What other programs call a column.
+const OTHER_NAMES: [(&str, &[&str]); 1] = [("t", &["time", "timestamp", "times", "seconds", "sec"])];
+
 /// A name without case, underscores and the like: `Position_X` and `positionX` are `positionx`.
 fn letters(name: &str) -> String {
     name.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
@@ -21,7 +24,9 @@ fn remedy(found: &str, wanted: &str) -> String {
 /// The one of some names that is most likely another.
 fn likely<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone) -> Option<String> {
     let alike = known.clone().find(|other| letters(other) == letters(name)).map(str::to_owned);
-    alike.or_else(|| nearest(name, known))
+    let others = OTHER_NAMES.iter().filter(|(ours, _)| *ours == name).flat_map(|(_, others)| *others);
+    let elsewhere = || others.into_iter().find_map(|other| known.clone().find(|n| letters(n) == *other));
+    alike.or_else(|| elsewhere().map(str::to_owned)).or_else(|| nearest(name, known))
 }
 
 /// Names in a line.
@@ -55,7 +60,7 @@ mod tests {
     fn names_that_differ_in_spelling_are_told() {
         let names = ["Time", "body", "Position_X"];
         let of = |missing: &str| instead_of(missing, names.into_iter(), names.into_iter());
-        assert_eq!(of("t"), "there are Time, body, Position_X");
+        assert_eq!(of("t"), "there are Time, body, Position_X; if Time is meant as t, rename it");
         assert_eq!(of("position_x"), "there are Time, body, Position_X; rename Position_X to position_x");
         assert_eq!(meant("impulseN", ["t", "impulse_n"].into_iter()), "; rename impulseN to impulse_n");
         assert_eq!(

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::TimelineSink;
 
+use super::file_frame::FileAxes;
 use super::imported_header::imported_header;
 use super::listed_flights::listed_flights;
 use crate::formats::contact_list::{ContactListError, read_listed_contacts};
@@ -85,6 +86,21 @@ pub enum ListedMotion {
     AtRest,
 }
 
+/// How a contact list is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ListReading {
+    /// How its bodies move.
+    pub motion: ListedMotion,
+    /// Its axes and units.
+    pub axes: FileAxes,
+}
+
+impl From<ListedMotion> for ListReading {
+    fn from(motion: ListedMotion) -> Self {
+        ListReading { motion, axes: FileAxes::default() }
+    }
+}
+
 /// What was made of a contact list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportedContacts {
@@ -106,16 +122,19 @@ pub struct ImportedContacts {
 pub fn import_contacts(
     loaded: &LoadedScene,
     list: &Path,
-    motion: ListedMotion,
+    reading: impl Into<ListReading>,
     output: &Path,
     replace: bool,
 ) -> Result<ImportedContacts, InterchangeError> {
+    let ListReading { motion, axes } = reading.into();
     let bodies = &loaded.world.bodies;
-    let rows = read_listed_contacts(list, &NamedBodies::of(&loaded.world))?;
+    let mut rows = read_listed_contacts(list, &NamedBodies::of(&loaded.world))?;
+    axes.in_seconds(&mut rows);
     if let Some(listed) = time_outside(&rows) {
         let (row, time) = (listed.line, listed.row.time);
         return Err(InterchangeError::Time { path: list.into(), row, time });
     }
+    axes.in_metres(&mut rows);
     let pose_of = |id: BodyId, time: f64| match &bodies[id.index()].motion {
         Motion::Free | Motion::Guided(_) => None,
         Motion::Fixed => Some(bodies[id.index()].pose),

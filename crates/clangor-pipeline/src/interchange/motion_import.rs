@@ -8,7 +8,6 @@
 
 mod error;
 mod falls;
-mod file_frame;
 mod lasting_log;
 mod led_bodies;
 mod listed;
@@ -23,13 +22,14 @@ use std::path::{Path, PathBuf};
 use clangor_core::body::{Body, BodyId, Motion, World};
 use clangor_core::timeline::{ContactRow, PoseRow, TimelineSink};
 
+use super::file_frame::FileAxes;
 use super::imported_header::imported_header;
 use crate::formats::timeline_file::{TimelineSummary, TimelineWriter};
 use crate::motion::file_units::FileUnits;
 use crate::motion::frame_checks::notices;
 use crate::motion::impacts::MotionImpacts;
 use crate::motion::parts::{Part, PartSearch};
-use crate::motion::recording::{LengthUnit, RecordedBody, TimeUnit};
+use crate::motion::recording::RecordedBody;
 use crate::stages::load::LoadedScene;
 pub use error::MotionImportError;
 use falls::fall_remarks;
@@ -49,13 +49,9 @@ pub struct MotionFiles {
     pub poses: Vec<PathBuf>,
     /// Contact lists; with any of them, impacts are not searched in the motion.
     pub contacts: Vec<PathBuf>,
-    /// Whether the tables of poses and the contact lists have z up.
-    pub z_up: bool,
-    /// Unit of length of all files: of the meshes, poses and inertia of glTF, of tables, and of the points,
-    /// depths and speeds of contact lists, whose impulses and couples stay in N s and N m s.
-    pub unit: LengthUnit,
-    /// Unit of time of all files. Speeds of contact lists stay in a unit of length per second.
-    pub time_unit: TimeUnit,
+    /// Axes of the tables of poses and the contact lists, and units of all files: those of glTF too, whose
+    /// meshes, poses and inertia have the unit of length.
+    pub axes: FileAxes,
     /// Length of the parts in which a table is searched that is read as a stream \[s\]; by default that of
     /// half a million poses. The result does not depend on it.
     pub part_length: Option<f64>,
@@ -83,7 +79,7 @@ pub struct MotionSummary {
 impl MotionFiles {
     /// Units of all files.
     fn units(&self) -> FileUnits {
-        FileUnits { length: self.unit, time: self.time_unit }
+        FileUnits { length: self.axes.unit, time: self.axes.time_unit }
     }
 }
 
@@ -158,7 +154,7 @@ fn import_in_memory(
     let mut warnings = falls.warnings;
     remarks.extend(falls.size);
     remarks.extend(notices(&checks, from_gltf, &name).iter().map(ToString::to_string));
-    if files.z_up && files.poses.is_empty() && files.contacts.is_empty() {
+    if files.axes.z_up && files.poses.is_empty() && files.contacts.is_empty() {
         remarks.push(
             "--up z is for tables and contact lists; a glTF file has y up: export it with +Y up".into(),
         );

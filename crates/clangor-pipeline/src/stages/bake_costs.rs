@@ -3,7 +3,8 @@
 
 use std::f64::consts::TAU;
 
-use clangor_bake::cost::{FieldCost, field_cost, of_modes, seconds};
+use clangor_bake::acceleration::planned_cost;
+use clangor_bake::cost::{FieldCost, field_cost, of_modes, planned_cost_of_modes, seconds};
 use clangor_core::body::Surface;
 use clangor_core::material::Material;
 use clangor_core::medium::Medium;
@@ -25,24 +26,47 @@ pub struct BakeCost {
     pub ringing: Option<f64>,
 }
 
+/// How much an estimate may cost itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimate {
+    /// Milliseconds: by volume, area and band.
+    Quick,
+    /// Seconds: by the triangles that the surface needs.
+    Planned,
+}
+
 /// The costs at each quality; none for what is endless.
-pub fn bake_costs(surface: &Surface, material: Option<&Material>) -> Vec<BakeCost> {
+pub fn bake_costs(surface: &Surface, material: Option<&Material>, estimate: Estimate) -> Vec<BakeCost> {
     let Ok((geometry, _)) = radiating(surface) else { return Vec::new() };
-    let cost = |quality: Quality| {
+    let highest = TAU * AUDIBLE / Medium::AIR.sound_speed;
+    let settings = |quality: Quality| {
         let options = ModelOptions { quality, ..ModelOptions::default() };
-        let highest = TAU * AUDIBLE / Medium::AIR.sound_speed;
         let field = options.of_field(options.acceleration(highest).options);
-        let modes = options.of_modes(options.modal(Medium::AIR, AUDIBLE));
-        let clicks = match surface {
-            Surface::Sphere { .. } => FieldCost { operations: 0.0, unknowns: 0.0 },
-            _ => field_cost(&geometry, &field),
-        };
-        BakeCost {
-            quality,
-            clicks: seconds(clicks.operations),
-            unknowns: clicks.unknowns,
-            ringing: material.map(|material| seconds(of_modes(&geometry, material, &modes))),
-        }
+        (field, options.of_modes(options.modal(Medium::AIR, AUDIBLE)))
     };
-    [Quality::Draft, Quality::Normal, Quality::High].map(cost).to_vec()
+    let is_sphere = matches!(surface, Surface::Sphere { .. });
+    let quick = |quality: Quality| {
+        let (field, modes) = settings(quality);
+        let clicks = if is_sphere { FieldCost::default() } else { field_cost(&geometry, &field) };
+        let ringing = material.map(|material| seconds(of_modes(&geometry, material, &modes)));
+        BakeCost { quality, clicks: seconds(clicks.operations), unknowns: clicks.unknowns, ringing }
+    };
+    let mut costs = [Quality::Draft, Quality::Normal, Quality::High].map(quick);
+    if estimate == Estimate::Planned {
+        // The same factor for the high quality, whose plan would take as long again.
+        let (field, modes) = settings(Quality::Normal);
+        let planned = |material: &Material| seconds(planned_cost_of_modes(&geometry, material, &modes));
+        let [_, normal, high] = &mut costs;
+        if let (false, Ok(clicks)) = (is_sphere || normal.clicks == 0.0, planned_cost(&geometry, &field)) {
+            high.clicks *= seconds(clicks.operations) / normal.clicks;
+            (normal.clicks, normal.unknowns) = (seconds(clicks.operations), clicks.unknowns);
+        }
+        if let (Some(before), Some(of_high), Some(after)) =
+            (normal.ringing, high.ringing, material.map(planned))
+        {
+            high.ringing = Some(if before > 0.0 { of_high * after / before } else { of_high });
+            normal.ringing = Some(after);
+        }
+    }
+    costs.to_vec()
 }

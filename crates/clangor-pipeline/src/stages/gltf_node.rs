@@ -30,6 +30,17 @@ pub(crate) fn is_gltf_file(file: &OsStr) -> bool {
     ending.is_some_and(|ending| ending == "glb" || ending == "gltf")
 }
 
+/// The bodies of a glTF file of several, as the names by which each is taken.
+pub(super) fn nodes_to_choose(file: &Path) -> Option<String> {
+    if !is_gltf_file(file.as_os_str()) {
+        return None;
+    }
+    let motion = read_gltf_motion(file, &[], FileUnits::default()).ok()?;
+    let nodes: Vec<_> = motion.nodes.iter().filter(|node| node.mesh.is_some()).collect();
+    let names = nodes.iter().take(MOST_NAMES).map(|node| format!("{}#{}", file.display(), node.name));
+    (nodes.len() > 1).then(|| names.collect::<Vec<_>>().join(", "))
+}
+
 /// The triangles of a node.
 pub(super) fn node_mesh(file: &Path, name: &str) -> Result<TriMesh, GeometryError> {
     let refused = |reason: String, remedy: &str| GeometryError { reason, remedy: remedy.into() };

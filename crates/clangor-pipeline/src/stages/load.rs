@@ -17,10 +17,10 @@ use clangor_sim::fracture::Breakable;
 use rayon::prelude::*;
 
 use crate::formats::input_file::read_bounded;
-use crate::formats::mesh_reader::read_mesh;
+use crate::formats::mesh_reader::{MeshFileError, read_mesh};
 use crate::stages::breakables::breakables;
 use crate::stages::collision_parts::{CollisionMesh, Collisions};
-use crate::stages::gltf_node::{file_and_node, node_mesh};
+use crate::stages::gltf_node::{file_and_node, node_mesh, nodes_to_choose};
 use crate::stages::impact_modes::ImpactModes;
 
 /// A scene with everything that its file refers to.
@@ -299,11 +299,24 @@ pub fn load_mesh(path: &Path, scale: f64) -> Result<(LoadedGeometry, CollisionMe
     if let (file, Some(node)) = file_and_node(path.as_os_str()) {
         return solid_of_mesh(&node_mesh(Path::new(file), node)?, scale);
     }
-    let mesh = read_mesh(path).map_err(|e| GeometryError {
-        reason: e.to_string(),
-        remedy: "correct the path, or export the mesh again".into(),
-    })?;
-    solid_of_mesh(&mesh, scale)
+    let mesh = read_mesh(path).map_err(|error| unread(&error))?;
+    solid_of_mesh(&mesh, scale).map_err(|error| match nodes_to_choose(path) {
+        Some(names) => {
+            GeometryError { remedy: format!("{}; or take one body of it: {names}", error.remedy), ..error }
+        }
+        None => error,
+    })
+}
+
+/// What to do about a file that is no mesh.
+fn unread(error: &MeshFileError) -> GeometryError {
+    let text = error.to_string();
+    let (reason, remedy) = match (error, text.rsplit_once("; ")) {
+        (MeshFileError::Content { .. }, Some(both)) => both,
+        (MeshFileError::Content { .. }, None) => (&*text, "export the mesh again"),
+        _ => (&*text, "correct the path, or export the mesh again"),
+    };
+    GeometryError { reason: reason.into(), remedy: remedy.into() }
 }
 
 /// A body from a mesh file whose path is relative to the folder of a scene, as is said where it is missing.

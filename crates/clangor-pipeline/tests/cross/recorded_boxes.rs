@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::interchange::file_frame::FileAxes;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
 use clangor_pipeline::stages::load::LoadedScene;
 use glam::DVec3;
@@ -80,7 +81,11 @@ struct Score {
 
 fn score(loaded: &LoadedScene, poses: PathBuf, rate: f64) -> Score {
     let tolerance = (1.5 / rate).max(0.002);
-    let files = MotionFiles { poses: vec![poses], z_up: true, ..MotionFiles::default() };
+    let files = MotionFiles {
+        poses: vec![poses],
+        axes: FileAxes { z_up: true, ..FileAxes::default() },
+        ..MotionFiles::default()
+    };
     let out = tempfile::tempdir().unwrap();
     let path = out.path().join("boxes.timeline");
     import_motion(loaded, &files, &path, false).unwrap();

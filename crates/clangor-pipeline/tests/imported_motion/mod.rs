@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use clangor_pipeline::interchange::file_frame::FileAxes;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
 use clangor_pipeline::motion::recording::LengthUnit;
 use clangor_pipeline::stages::load::load_scene;
@@ -51,6 +52,12 @@ pub(crate) fn import_in(
     let loaded = load_scene(&folder.join("scene.toml"), &|_| ()).unwrap();
     let paths = |names: &[&str]| names.iter().map(|name| folder.join(name)).collect::<Vec<PathBuf>>();
     let (gltf, poses) = paths(motion).into_iter().partition(|p| p.extension().is_some_and(|e| e == "gltf"));
-    let files = MotionFiles { gltf, poses, contacts: paths(contacts), z_up, unit, ..MotionFiles::default() };
+    let files = MotionFiles {
+        gltf,
+        poses,
+        contacts: paths(contacts),
+        axes: FileAxes { z_up, unit, ..FileAxes::default() },
+        ..MotionFiles::default()
+    };
     import_motion(&loaded, &files, &folder.join("out.timeline"), true).map_err(|error| error.to_string())
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 use clangor_core::body::{Body, BodyId, Motion};
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::interchange::file_frame::FileAxes;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
 use clangor_pipeline::motion::recording::LengthUnit;
 use clangor_pipeline::stages::load::{load_named, load_scene};
@@ -132,7 +133,8 @@ impl File {
         let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
         let leave_out = leave_out.iter().map(ToString::to_string).collect();
         let gltf = vec![folder.path().join("a.gltf")];
-        let files = MotionFiles { gltf, leave_out, unit, ..MotionFiles::default() };
+        let axes = FileAxes { unit, ..FileAxes::default() };
+        let files = MotionFiles { gltf, leave_out, axes, ..MotionFiles::default() };
         let out = folder.path().join("out.timeline");
         let summary = import_motion(&loaded, &files, &out, true).map_err(|error| error.to_string())?;
         Ok(Imported { folder, summary })

@@ -11,6 +11,7 @@ use clangor_core::contact::PoseHistory;
 use clangor_core::contact::force_stream::{StreamSettings, StreamedForce, force_stream};
 use clangor_core::timeline::{ContactKind, ContactRow, Timeline};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::interchange::file_frame::FileAxes;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
 use glam::{DQuat, DVec3};
 
@@ -321,7 +322,13 @@ fn property_parts_of_a_recording_give_the_rows_of_one_piece() {
     let table = boxes::poses(&loaded, 4, folder.path());
     let log = |part_length: f64| {
         let (poses, part_length) = (vec![table.clone()], Some(part_length));
-        let files = MotionFiles { poses, z_up: true, part_length, raw_log: true, ..MotionFiles::default() };
+        let files = MotionFiles {
+            poses,
+            axes: FileAxes { z_up: true, ..FileAxes::default() },
+            part_length,
+            raw_log: true,
+            ..MotionFiles::default()
+        };
         let out = folder.path().join("out.timeline");
         import_motion(&loaded, &files, &out, true).unwrap();
         read(folder.path(), Vec::new())

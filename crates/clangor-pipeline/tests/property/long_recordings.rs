@@ -10,6 +10,7 @@ use crate::imported_motion::{folder, import};
 use crate::parquet_columns::write_alike;
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
+use clangor_pipeline::interchange::file_frame::FileAxes;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
 use clangor_pipeline::stages::load::{LoadedScene, load_scene};
 use parquet::basic::Compression;
@@ -45,7 +46,12 @@ fn in_parts(loaded: &LoadedScene, poses: PathBuf, part_length: f64, out: &Path) 
     // The recorded boxes are the only ones with z up.
     let z_up = loaded.path == boxes::folder().join("boxes.toml");
     let part_length = Some(part_length);
-    let files = MotionFiles { poses: vec![poses], z_up, part_length, ..MotionFiles::default() };
+    let files = MotionFiles {
+        poses: vec![poses],
+        axes: FileAxes { z_up, ..FileAxes::default() },
+        part_length,
+        ..MotionFiles::default()
+    };
     let summary = import_motion(loaded, &files, out, true).unwrap();
     (summary, TimelineReader::open(out).unwrap().read_all().unwrap())
 }

@@ -7,7 +7,8 @@ use std::path::Path;
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::gltf_motion::read_gltf_motion;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
-use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
+use clangor_pipeline::interchange::body_files::{ListReading, ListedMotion, import_contacts};
+use clangor_pipeline::interchange::file_frame::FileAxes;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, MotionSummary, import_motion};
 use clangor_pipeline::motion::file_units::FileUnits;
 use clangor_pipeline::motion::recording::{Frame, LengthUnit, TimeUnit};
@@ -58,7 +59,14 @@ fn import_table(
 ) -> Result<(Timeline, Vec<String>), String> {
     let folder = folder(SCENE, &[("a.csv", text)]);
     let poses = vec![folder.path().join("a.csv")];
-    let summary = import(folder.path(), MotionFiles { poses, unit, time_unit, ..MotionFiles::default() })?;
+    let summary = import(
+        folder.path(),
+        MotionFiles {
+            poses,
+            axes: FileAxes { unit, time_unit, ..FileAxes::default() },
+            ..MotionFiles::default()
+        },
+    )?;
     Ok((
         TimelineReader::open(&folder.path().join("out.timeline")).unwrap().read_all().unwrap(),
         summary.warnings,
@@ -154,9 +162,32 @@ fn property_tables_of_parquet_and_gltf_files_are_held_against_gravity_too() {
     let said = import(path, MotionFiles { gltf: gltf(), ..MotionFiles::default() }).unwrap().warnings;
     assert!(said[0].contains("a.gltf") && said[0].contains("stone"), "{said:?}");
     assert!(said[0].ends_with("--time-scale 0.001"), "{said:?}");
-    let time_unit = TimeUnit { seconds: 1e-3 };
-    let read = import(path, MotionFiles { gltf: gltf(), time_unit, ..MotionFiles::default() }).unwrap();
+    let axes = FileAxes { time_unit: TimeUnit { seconds: 1e-3 }, ..FileAxes::default() };
+    let read = import(path, MotionFiles { gltf: gltf(), axes, ..MotionFiles::default() }).unwrap();
     assert_eq!(read.warnings, [""; 0]);
+}
+
+#[test]
+fn property_a_list_without_a_recording_has_axes_and_units_too() {
+    let folder = folder(SCENE, &[]);
+    let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
+    let head = "t,body_a,body_b,point_x,point_y,point_z,normal_x,normal_y,normal_z,impulse_n,speed\n";
+    let read = |row: &str, axes: FileAxes| {
+        let (list, out) = (folder.path().join("list.csv"), folder.path().join("out.timeline"));
+        fs::write(&list, format!("{head}{row}\n")).unwrap();
+        let reading = ListReading { motion: ListedMotion::Flights, axes };
+        import_contacts(&loaded, &list, reading, &out, true).unwrap();
+        TimelineReader::open(&out).unwrap().read_all().unwrap()
+    };
+    let ours = read("0.3161,ball,floor,0,0,0,0,1,0,0.01,3.1", FileAxes::default());
+    let axes =
+        FileAxes { z_up: true, unit: LengthUnit { metres: 1e-3 }, time_unit: TimeUnit { seconds: 1e-3 } };
+    let theirs = read("316.1,ball,floor,0,0,0,0,0,1,0.01,3100", axes);
+    let ([a], [b]) = (&ours.contacts[..], &theirs.contacts[..]) else { panic!("{theirs:?}") };
+    // Seen: 5e-17 s, 3e-16 and 0.
+    assert!((a.time - b.time).abs() < 1e-12 && a.normal.distance(b.normal) < 1e-12, "{b:?}");
+    assert!(a.velocity.distance(b.velocity) < 1e-12 && a.impulse() == b.impulse(), "{b:?}");
+    assert_eq!(ours.poses.len(), theirs.poses.len());
 }
 
 #[test]

@@ -8,9 +8,11 @@ use glam::DVec3;
 
 use super::section_element::{rigid_motions, section_matrices};
 use super::section_mesh::SectionMesh;
+use crate::cost::work_limit::WorkLimit;
 use crate::fem::across_walls::Columns;
+use crate::fem::elimination::Elimination;
 use crate::fem::{ElasticConstants, ElasticSystem, Elements};
-use crate::modal_analysis::eigensolver::{ModalError, solve};
+use crate::modal_analysis::eigensolver::{ModalError, solve_in};
 
 /// Consecutive orders without modes in the band, from order 2 on, that end the search.
 const EMPTY_ORDERS: u32 = 3;
@@ -40,12 +42,14 @@ pub(super) fn spectrum(
     mesh: &SectionMesh,
     constants: &ElasticConstants,
     limit: f64,
+    work: &WorkLimit,
 ) -> Result<SectionSpectrum, ModalError> {
     let mut found = SectionSpectrum { modes: Vec::new(), residual: 0.0, first: f64::INFINITY };
     let (mut order, mut empty) = (0, 0);
     // Solve order by order until several are empty.
     while order < 2 || empty < EMPTY_ORDERS {
-        match solve(&system(mesh, constants, order), limit) {
+        let system = system(mesh, constants, order);
+        match solve_in(&Elimination::new(&system)?, &system, limit, work) {
             Ok(modes) => {
                 empty = 0;
                 found.residual = found.residual.max(modes.residual);

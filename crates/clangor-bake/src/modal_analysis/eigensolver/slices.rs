@@ -12,6 +12,8 @@ use faer::Mat;
 use super::factor::{Factor, factor};
 use super::lanczos::{BLOCK, Found, Search, pack};
 use super::{ModalError, Mode, Modes, frequency};
+use crate::cost::eigensolver_work;
+use crate::cost::work_limit::WorkLimit;
 use crate::fem::ElasticSystem;
 use crate::fem::elimination::Elimination;
 
@@ -35,22 +37,23 @@ const NUDGES: usize = 4;
 /// # Errors
 /// [`ModalError`]; [`ModalError::Silent`] if the body has no modes in the band.
 pub fn solve(system: &ElasticSystem, max_frequency: f64) -> Result<Modes, ModalError> {
-    solve_in(&Elimination::new(system)?, system, max_frequency)
+    solve_in(&Elimination::new(system)?, system, max_frequency, &WorkLimit::none())
 }
 
-/// The same with the elimination of any system of the same pattern.
+/// The same with the elimination of any system of the same pattern, within a limit of work.
 pub(crate) fn solve_in(
     structure: &Elimination,
     system: &ElasticSystem,
     max_frequency: f64,
+    work: &WorkLimit,
 ) -> Result<Modes, ModalError> {
-    let mut outcome = solve_at(structure, system, max_frequency, PLACES[0]);
+    let mut outcome = solve_at(structure, system, max_frequency, (PLACES[0], work));
     for place in &PLACES[1..] {
         // A shift within rounding of a mode may count it on one side and find it on the other.
         if !matches!(outcome, Err(ModalError::Incomplete { .. })) {
             break;
         }
-        outcome = solve_at(structure, system, max_frequency, *place);
+        outcome = solve_at(structure, system, max_frequency, (*place, work));
     }
     outcome
 }
@@ -60,7 +63,7 @@ fn solve_at(
     structure: &Elimination,
     system: &ElasticSystem,
     max_frequency: f64,
-    place: f64,
+    (place, work): (f64, &WorkLimit),
 ) -> Result<Modes, ModalError> {
     if !(max_frequency > 0.0 && max_frequency.is_finite()) {
         return Err(ModalError::Frequency(max_frequency));
@@ -68,11 +71,14 @@ fn solve_at(
     // Factor at the upper limit: number of modes in the band.
     let rigid = system.rigid_count();
     let limit = (TAU * max_frequency).powi(2);
+    work.spend(eigensolver_work::factor(structure))?;
     let (limit, top) = factor_near(structure, system, limit)?;
     if top.below < rigid {
         return Err(ModalError::LooseParts);
     }
     let total = top.below - rigid;
+    let slices = total.div_ceil(SLICE);
+    work.spend(eigensolver_work::iteration(structure, slices, total))?;
     let mut band = Band::new(system);
     // Empty band: find the first mode above it.
     if total == 0 {

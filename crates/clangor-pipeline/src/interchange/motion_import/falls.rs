@@ -34,8 +34,10 @@ pub(super) fn fall_remarks(
         .map(|(((_, checks), file), name)| FallingBody { file, name, falls: checks.free_falls() })
         .collect();
     let gravity = world.gravity.length();
-    let warnings: Vec<String> =
-        fall_warnings(&bodies, gravity, files.units(), files.z_up).iter().map(ToString::to_string).collect();
+    let warnings: Vec<String> = fall_warnings(&bodies, gravity, files.units(), files.axes.z_up)
+        .iter()
+        .map(ToString::to_string)
+        .collect();
     let large = smallest.filter(|size| *size > LARGE && size.is_finite() && warnings.is_empty());
     let size = large.map(|size| match any_agrees(&bodies, gravity) {
         true => format!(

@@ -9,7 +9,6 @@ use clangor_core::pose::Pose;
 use clangor_core::timeline::{ContactKind, ContactRow, PoseRow};
 use clangor_sim::rigid::{JoinedBodies, JoinedContact};
 
-use super::file_frame::FileFrame;
 use super::pose_rows::pose_rows;
 use super::{MotionFiles, MotionImportError};
 use crate::formats::contact_list::{ListedContact, read_listed_contacts};
@@ -43,12 +42,11 @@ impl<'a> ListedContacts<'a> {
             warnings: Vec::new(),
         };
         let span = with_keyframes(world, motion);
-        let file = FileFrame::of(files);
         let mut repeated = RepeatedContacts::default();
         let mut offset = 0;
         for path in &files.contacts {
             let mut rows = read_listed_contacts(path, &NamedBodies::of(world))?;
-            rows.iter_mut().for_each(|listed| listed.row.time *= files.time_unit.seconds);
+            files.axes.in_seconds(&mut rows);
             if let Some(listed) = time_outside(&rows) {
                 let (row, time) = (listed.line, listed.row.time);
                 return Err(MotionImportError::Time { path: path.clone(), row, time });
@@ -57,14 +55,8 @@ impl<'a> ListedContacts<'a> {
             let twice = repeated.look(path, &rows);
             read.warnings.extend(twice.map(|notice| format!("{}: {notice}", path.display())));
             let refused = |fault| MotionImportError::Contact { path: path.clone(), fault };
+            files.axes.in_metres(&mut rows);
             for ListedContact { line, row, .. } in &mut rows {
-                for vector in [&mut row.normal, &mut row.impulse_t, &mut row.couple] {
-                    *vector = file.direction(*vector);
-                }
-                for vector in [&mut row.point, &mut row.velocity] {
-                    *vector = file.place(*vector);
-                }
-                row.depth *= files.unit.metres;
                 if row.impact_id > 0 {
                     let too_large = ContactFault::ImpactId { row: *line, id: row.impact_id };
                     row.impact_id = row.impact_id.checked_add(offset).ok_or_else(|| refused(too_large))?;

@@ -8,7 +8,7 @@ use clangor_core::pose::{Keyframe, Pose, Track};
 use clangor_core::scene::instantiate::GeometryError;
 use glam::DVec3;
 
-use super::file_frame::FileFrame;
+use super::super::file_frame::FileFrame;
 use super::led_bodies::{check_movable, is_of_scene};
 use super::pose_rows::velocities;
 use super::{MotionFiles, MotionImportError};
@@ -153,7 +153,9 @@ impl Recording {
         let checks = FrameChecks::new(sound_speed, world.gravity, files.units());
         // The order of glTF is given.
         let checks = match files.poses.iter().any(|table| table == path) {
-            true => checks.with_order(QuaternionOrder::new(described.inertia, FileFrame::of(files).turn())),
+            true => {
+                checks.with_order(QuaternionOrder::new(described.inertia, FileFrame::of(files.axes).turn()))
+            }
             false => checks,
         };
         let checks = check_frames(&described.name, &mut body.frames, checks)
@@ -198,7 +200,7 @@ fn read_poses(
         let described = &world.bodies[body.index()];
         frame_of.learn_centre(loaded, described, body, path)?;
         for frame in &mut frames {
-            frame.time *= files.time_unit.seconds;
+            frame.time *= files.axes.time_unit.seconds;
             frame_of.place(body, frame);
         }
         let mut is_led = true;
@@ -223,7 +225,11 @@ pub(super) struct FramesOfTable {
 
 impl FramesOfTable {
     pub(super) fn new(world: &World, files: &MotionFiles, position_of: PositionOf) -> Self {
-        FramesOfTable { file: FileFrame::of(files), position_of, centres: vec![None; world.bodies.len()] }
+        FramesOfTable {
+            file: FileFrame::of(files.axes),
+            position_of,
+            centres: vec![None; world.bodies.len()],
+        }
     }
 
     /// What the positions of the table are.

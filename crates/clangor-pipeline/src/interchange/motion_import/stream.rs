@@ -73,7 +73,7 @@ pub(super) fn import_stream(
         path,
         output,
         world: &world,
-        time_unit: files.time_unit,
+        time_unit: files.axes.time_unit,
         v_min: loaded.scene.simulation.v_min,
         frame_of,
         place_of,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clangor_core::body::{BodyId, World};
 
-use super::file_frame::FileFrame;
+use super::super::file_frame::FileFrame;
 use super::led_bodies::{check_movable, is_of_scene};
 use super::recording::FramesOfTable;
 use super::{MotionFiles, MotionImportError};
@@ -156,7 +156,7 @@ impl Surveyor<'_> {
         let body = &self.loaded.world.bodies[id.index()];
         check_movable(body, self.path)?;
         let sound_speed = self.loaded.scene.acoustics.medium.sound_speed;
-        let order = QuaternionOrder::new(body.inertia, FileFrame::of(self.files).turn());
+        let order = QuaternionOrder::new(body.inertia, FileFrame::of(self.files.axes).turn());
         let checks = FrameChecks::new(sound_speed, self.loaded.world.gravity, self.files.units());
         let checks = checks.with_order(order);
         self.survey.bodies.push(SurveyedBody { body: id, first: Vec::new(), checks });
@@ -215,7 +215,7 @@ impl PoseSink for Surveyor<'_> {
     }
 
     fn pose(&mut self, body: BodyId, mut frame: Frame) -> Result<(), MotionImportError> {
-        frame.time *= self.files.time_unit.seconds;
+        frame.time *= self.files.axes.time_unit.seconds;
         let described = &self.loaded.world.bodies[body.index()];
         self.frame_of.learn_centre(self.loaded, described, body, self.path)?;
         self.frame_of.place(body, &mut frame);

@@ -18,13 +18,14 @@ pub enum SoundModelError {
 }
 
 impl SoundModelError {
-    /// Estimated CPU time \[s\] of a part that would take longer than allowed.
+    /// Estimated CPU time \[s\] of a part that would take longer than allowed; the least, for modes.
     pub fn too_long(&self) -> Option<f64> {
         match self {
             SoundModelError::Acceleration(BakeError::TooLong { seconds, .. })
             | SoundModelError::Modal(ModalBakeError::Surface(BakeError::TooLong { seconds, .. })) => {
                 Some(*seconds)
             }
+            SoundModelError::Modal(ModalBakeError::ModalAnalysis(error)) => error.too_long(),
             _ => None,
         }
     }

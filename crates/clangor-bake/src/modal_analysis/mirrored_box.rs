@@ -117,7 +117,7 @@ mod tests {
             let mirrored = MirroredBox { edges, cells, constants: &constants };
             let part = mirrored.part().expect("a box");
             assert!(8 * part.elements.len() <= 2 * mesh.elements.len());
-            let mirrored = mirrored.solve(&mesh, &part, limit).expect("modes");
+            let mirrored = mirrored.solve(&mesh, &part, (limit, &WorkLimit::none())).expect("modes");
             assert_eq!(mirrored.modes.len(), whole.modes.len());
             assert!(whole.modes.len() > 10 && mirrored.residual < 1e-6, "{}", whole.modes.len());
             let size = 3 * system.node_count();

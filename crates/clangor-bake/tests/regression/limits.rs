@@ -101,6 +101,21 @@ fn modes_that_need_more_than_their_patience_end_before_it() {
 }
 
 #[test]
+fn a_beam_whose_patches_take_minutes_has_triangles() {
+    let beam = BakeGeometry::RoundedBox { edges: DVec3::new(0.3, 0.02, 0.01), round: 0.0 };
+    let cost = |method, accuracy| {
+        let options = BakeOptions { method, ..BakeOptions::new(wavenumber(20e3), accuracy) };
+        planned_cost(&beam, &options).unwrap()
+    };
+    let [auto, patches] = [Method::Auto, Method::Bem].map(|method| cost(method, 0.01));
+    println!("{auto:?} {patches:?}");
+    // Where the method is named, patches come first whatever they cost.
+    assert!(4.0 * auto.operations < patches.operations && patches.operations > 1e12);
+    // So they do for an accuracy that triangles reach less well.
+    assert_eq!(cost(Method::Auto, 0.005), cost(Method::Bem, 0.005));
+}
+
+#[test]
 fn a_block_too_large_for_patches_has_triangles() {
     let block = BakeGeometry::RoundedBox { edges: DVec3::new(0.12, 0.3, 0.12), round: 0.0 };
     let operations = |method| {

@@ -56,6 +56,7 @@ mod tests {
 
     use super::super::CellEffort;
     use super::*;
+    use crate::cost::work_limit::WorkLimit;
     use crate::fem::ElasticConstants;
     use crate::fem::finite_cells::{CellGrid, Order};
     use crate::geometry_class::mirror_symmetry::{mirror_planes, mirror_planes_in_mean};
@@ -118,7 +119,7 @@ mod tests {
         let whole = CellGrid { images: [0; 3], ..part.cells.grid() };
         let whole = body.on(whole, Order::Third).expect("cells");
         assert!(10 * part.cells.node_count() < 6 * whole.cells.node_count());
-        let spectra = [&part, &whole].map(|mesh| body.solve(mesh, limit).expect("modes"));
+        let spectra = [&part, &whole].map(|mesh| body.solve(mesh, limit, &WorkLimit::none()).expect("modes"));
         let [of_part, of_whole] = &spectra;
         let count = of_part.frequencies.len();
         assert_eq!(count, of_whole.frequencies.len());

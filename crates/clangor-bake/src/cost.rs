@@ -5,11 +5,12 @@
 //!
 //! ```text
 //! fields      those of [`operations`], from unknowns that volume, area and band suggest
-//! modes       (1.5e4 u^1.5 + 2.5e5 T) (1 + M/100) of cells cut by T triangles, 6e3 u^1.5 (1 + M/100) of
-//!             prisms, 60 u² (1 + M/100) of an
-//!             octant of bricks, 5 u² (1 + M/100) of tetrahedra in an ellipsoid, 2e8 M of a section
-//! transfers   those of the boundary elements, for as many wavenumbers as the modes need, or of the time
-//!             domain where [`surface_modes`](crate::modal_radiation::surface_modes) chooses it
+//! modes       (1.5e4 u^1.5 + 2.5e5 T) (1 + M/100) of cells cut by T triangles, 5e3 u^1.5 (1 + M/100) of
+//!             prisms, 60 u² (1 + M/100) of an octant of bricks, 5 u² (1 + M/100) of tetrahedra in an
+//!             ellipsoid, 2e8 M of a section
+//! transfers   those of the boundary elements, for as many wavenumbers as the modes need, 2e3 N² M of a
+//!             meridian of N unknowns, or of the time domain where
+//!             [`surface_modes`](crate::modal_radiation::surface_modes) chooses it
 //! draft       [`DRAFT`] for each part, or less where exact models are cheaper
 //! ```
 //!

@@ -184,9 +184,15 @@ fn property_a_list_without_a_recording_has_axes_and_units_too() {
         FileAxes { z_up: true, unit: LengthUnit { metres: 1e-3 }, time_unit: TimeUnit { seconds: 1e-3 } };
     let theirs = read("316.1,ball,floor,0,0,0,0,0,1,0.01,3100", axes);
     let ([a], [b]) = (&ours.contacts[..], &theirs.contacts[..]) else { panic!("{theirs:?}") };
-    // Seen: 5e-17 s, 3e-16 and 0.
-    assert!((a.time - b.time).abs() < 1e-12 && a.normal.distance(b.normal) < 1e-12, "{b:?}");
-    assert!(a.velocity.distance(b.velocity) < 1e-12 && a.impulse() == b.impulse(), "{b:?}");
+    let off = [
+        (a.time - b.time).abs(),
+        a.normal.distance(b.normal),
+        a.velocity.distance(b.velocity),
+        a.impulse().distance(b.impulse()),
+    ];
+    // Seen: at most 7e-16.
+    assert!(off.iter().all(|off| *off < 1e-14), "{off:?}");
+    println!("{off:?}");
     assert_eq!(ours.poses.len(), theirs.poses.len());
 }
 

@@ -17,7 +17,7 @@ use glam::{BVec3, DMat3, DVec3};
 use super::guide::Guide;
 
 const SWEEPS: usize = 5;
-/// Most steps to a volume, and its relative error that ends them. Seen: 4 steps for a tenth of the volume.
+/// Most steps to a volume, and its relative error that ends them.
 const NEWTON: usize = 12;
 const EXACT: f64 = 1e-13;
 /// Ridge of the least squares, in units of the trace: fixes the directions that no triangle determines.

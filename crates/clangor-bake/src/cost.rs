@@ -35,7 +35,7 @@ use crate::acceleration::{BakeOptions, MOST_VERTICES, Method, coarser, has_cavit
 use crate::bem::axisymmetric::{AxisymmetricOptions, AxisymmetricSolver};
 use crate::bem::triangles::MOST_UNKNOWNS;
 use crate::cost::operations::MOST_OPERATIONS;
-pub use crate::cost::operations::PER_SECOND;
+pub use crate::cost::operations::{FieldCost, PER_SECOND};
 use crate::effort::Effort;
 use crate::fdtd::WaveDevice;
 use crate::fem::ElasticConstants;
@@ -88,15 +88,6 @@ enum Sizes {
     Guessed,
     /// What the walls and edges of the surface need, which takes a second.
     Needed,
-}
-
-/// Work of a field.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FieldCost {
-    /// Operations of [`bake`](crate::acceleration::bake()).
-    pub operations: f64,
-    /// Unknowns of a solve, of one part of a body with mirror planes; cells of a simulation in time.
-    pub unknowns: f64,
 }
 
 /// Operations of [`bake`](crate::acceleration::bake()).

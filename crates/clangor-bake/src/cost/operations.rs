@@ -27,6 +27,15 @@ pub(crate) const MANY: usize = 12;
 const BYTES: f64 = 8.0;
 const TABLES: f64 = 7.0;
 
+/// Work of a field.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FieldCost {
+    /// Operations of [`bake`](crate::acceleration::bake()).
+    pub operations: f64,
+    /// Unknowns of a solve, of one part of a body with mirror planes; cells of a simulation in time.
+    pub unknowns: f64,
+}
+
 /// Operations in a second of CPU time.
 pub const PER_SECOND: f64 = 1e10;
 

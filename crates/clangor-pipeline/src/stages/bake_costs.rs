@@ -58,13 +58,15 @@ pub fn bake_costs(surface: &Surface, material: Option<&Material>, estimate: Esti
         let planned = |material: &Material| seconds(planned_cost_of_modes(&geometry, material, &modes));
         let [_, normal, high] = &mut costs;
         if let (false, Ok(clicks)) = (is_sphere || normal.clicks == 0.0, planned_cost(&geometry, &field)) {
-            high.clicks *= seconds(clicks.operations) / normal.clicks;
-            (normal.clicks, normal.unknowns) = (seconds(clicks.operations), clicks.unknowns);
+            let after = seconds(clicks.operations);
+            high.clicks = (high.clicks * after / normal.clicks).max(after);
+            (normal.clicks, normal.unknowns) = (after, clicks.unknowns);
         }
         if let (Some(before), Some(of_high), Some(after)) =
             (normal.ringing, high.ringing, material.map(planned))
         {
-            high.ringing = Some(if before > 0.0 { of_high * after / before } else { of_high });
+            let scaled = if before > 0.0 { of_high * after / before } else { of_high };
+            high.ringing = Some(scaled.max(after));
             normal.ringing = Some(after);
         }
     }

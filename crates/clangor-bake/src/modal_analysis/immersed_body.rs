@@ -14,6 +14,7 @@
 mod local_refinement;
 mod mirrors;
 mod order_gain;
+mod through_holes;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -26,6 +27,7 @@ use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::{DMat3, DVec3};
 
 use mirrors::Mirrors;
+use through_holes::hole_spacing;
 
 use super::mirror_parities::{MirrorParities, PartMode, PartNodes};
 use super::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, shortest_wave};
@@ -49,6 +51,11 @@ const LEAST_CELLS: f64 = 2.0;
 const LONGEST_IN_WALLS: f64 = 30.0;
 /// Error of order 3 in that of order 4. Seen: 6 to 8 on a bowl.
 const ORDER_GAIN: f64 = 6.0;
+/// The same of compact bodies with inner edges, whose arms a larger cell ties together.
+const LONGEST_IN_BLOCKS: f64 = 1.5;
+/// Largest edge in the spacing of holes, and the gain of order 4 where there are several.
+const LONGEST_IN_HOLES: f64 = 0.5;
+const PERFORATED_GAIN: f64 = 2.0;
 /// Order at which frequencies converge with the edge; edges and creases keep it low.
 const CONVERGENCE: f64 = 4.0;
 /// The same for walls that meet at sharp inner edges. The bending of a wall of thickness t with a radius R
@@ -100,6 +107,8 @@ pub(super) struct ImmersedBody<'a> {
     walls: Walls,
     /// Ends of the inner edges where stress is singular \[m\].
     singular_edges: Vec<[DVec3; 2]>,
+    /// Spacing of its holes \[m\], if it has several.
+    hole_spacing: Option<f64>,
     /// \[m³\]
     volume: f64,
     /// Most nodes of a grid.
@@ -138,12 +147,14 @@ impl<'a> ImmersedBody<'a> {
         let size = (high - low).max_element();
         let (supports, mirrors): (&[Support], _) = (&[], None);
         let singular_edges = singular_edges(&surface, &walls);
+        let hole_spacing = hole_spacing(&surface);
         Ok(ImmersedBody {
             surface,
             constants,
             size,
             walls,
             singular_edges,
+            hole_spacing,
             volume,
             most_nodes,
             effort,
@@ -177,6 +188,7 @@ impl<'a> ImmersedBody<'a> {
     /// Error of the lower order in that of the higher.
     fn order_gain(&self) -> f64 {
         match (self.walls.creased, self.effort) {
+            (false, _) if self.hole_spacing.is_some() => PERFORATED_GAIN,
             (false, _) => ORDER_GAIN,
             (true, CellEffort::Draft) => DRAFT_GAIN,
             (true, CellEffort::Accurate) if self.walls.thin => CREASED_GAIN,
@@ -266,8 +278,11 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     fn coarse(&self, limit: f64, accuracy: f64) -> Result<Immersed, ModalAnalysisError> {
         let wave = shortest_wave(self.constants, self.walls.thickness, limit);
         let edge_in_waves = EDGE_IN_WAVES * (accuracy / WAVE_ERROR).min(1.0).powf(WAVE_ORDER.recip());
-        let edge =
-            (edge_in_waves * wave).min(self.size / LEAST_CELLS).min(LONGEST_IN_WALLS * self.walls.thickness);
+        let is_creased_block = self.walls.creased && !self.walls.thin;
+        let in_walls = if is_creased_block { LONGEST_IN_BLOCKS } else { LONGEST_IN_WALLS };
+        let longest = [self.size / LEAST_CELLS, in_walls * self.walls.thickness];
+        let between_holes = self.hole_spacing.map(|spacing| LONGEST_IN_HOLES * spacing);
+        let edge = longest.into_iter().chain(between_holes).fold(edge_in_waves * wave, f64::min);
         match self.effort {
             CellEffort::Draft => {
                 let fewer = edge_of_cells(self.surface.area(), self.volume, DRAFT_CELLS);

@@ -31,6 +31,8 @@ use std::ops::Range;
 
 use clangor_core::math::random::SplitMix;
 use clangor_core::sound_model::modal::model::{ModalMode, ModalModel};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 use glam::DVec3;
 
 use super::mean_table::MeanTable;
@@ -108,23 +110,39 @@ pub(super) fn synthetic_modes(
     let frequencies = frequencies([from, highest], synthetic, random);
     let stands_for = integral([from, highest], natural).last().map_or(0.0, |row| row[1]);
     let anchors = &model.modes[anchor.modes.clone()];
+    // Coordinates of all nodes, mode by mode.
+    let coordinates = 3 * model.surface.nodes.len();
+    let known: Vec<f64> =
+        anchors.iter().flat_map(|mode| mode.shape.iter().flat_map(|u| u.to_array())).collect();
+    let known = MatRef::from_column_major_slice(&known, coordinates, anchors.len());
     let mut modes = Vec::with_capacity(frequencies.len());
     for block in frequencies.chunks(anchors.len()) {
+        // Shares of the anchor in each mode of the block.
+        let mut shares = Vec::with_capacity(block.len() * anchors.len());
         for (frequency, row) in block.iter().zip(orthogonal(anchors.len(), random)) {
             let mobility = table.at(*frequency)[0] / mobility_below;
             let scale = (mobility * density_below / synthetic(*frequency)).sqrt();
-            let mut shape = vec![DVec3::ZERO; model.surface.nodes.len()];
+            shares.extend(row.into_iter().map(|share| scale * share));
+        }
+        let mut shapes = vec![0.0; coordinates * block.len()];
+        matmul(
+            MatMut::from_column_major_slice_mut(&mut shapes, coordinates, block.len()),
+            Accum::Replace,
+            known,
+            MatRef::from_column_major_slice(&shares, anchors.len(), block.len()),
+            1.0,
+            Par::Seq,
+        );
+        for (k, frequency) in block.iter().enumerate() {
+            let own = &shares[k * anchors.len()..][..anchors.len()];
+            let shape = &shapes[k * coordinates..][..coordinates];
             // Dampers of supports take from a mode as its square at them, in the mean.
-            let mut support_damping = 0.0;
-            for (share, known) in row.iter().zip(anchors) {
-                shape.iter_mut().zip(&known.shape).for_each(|(u, v)| *u += scale * share * *v);
-                support_damping += (scale * share).powi(2) * known.support_damping;
-            }
+            let damping = own.iter().zip(anchors).map(|(share, known)| share * share * known.support_damping);
             modes.push(ModalMode {
                 frequency: *frequency,
                 mesh_error: f64::NAN,
-                support_damping,
-                shape,
+                support_damping: damping.sum(),
+                shape: shape.chunks_exact(3).map(DVec3::from_slice).collect(),
                 transfer: None,
             });
         }

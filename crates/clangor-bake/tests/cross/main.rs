@@ -30,6 +30,7 @@ mod modal_axisymmetric_bem;
 mod modal_bem_fdtd;
 mod motion_fits;
 mod off_centre_click;
+mod perforated_plates;
 mod plate_volume;
 mod statistical;
 mod thin_clicks;

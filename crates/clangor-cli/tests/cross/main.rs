@@ -13,4 +13,5 @@ mod recorded_joints;
 mod recorded_motion;
 mod ringing;
 mod room;
+mod shared_models;
 mod web_replay;

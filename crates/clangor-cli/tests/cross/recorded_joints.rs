@@ -12,7 +12,7 @@ use clangor_pipeline::formats::timeline_file::TimelineReader;
 
 use tempfile::TempDir;
 
-use crate::program::clangor;
+use crate::shared_models::clangor;
 
 /// An impact: its time \[s\], normal impulse [N s] and mean effective mass \[kg\].
 struct Hit {

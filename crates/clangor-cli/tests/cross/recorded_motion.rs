@@ -11,7 +11,7 @@ use clangor_core::glam::DVec3;
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 
-use crate::program::clangor;
+use crate::shared_models::clangor;
 use crate::sound_file::samples;
 
 const LISTENER: &str = "[[listener]]\nname = \"ear\"\nposition = [0.5, 0.8, 0.5]\n";

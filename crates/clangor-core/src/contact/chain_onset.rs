@@ -11,10 +11,16 @@
 //!   predecessor. Without velocities in the timeline, the fastest impact is first; of equal ones, the one
 //!   recorded first.
 //!
+//! An impact whose points have forces of several shapes has a pulse for each. They begin together, and what
+//! the strongest gives is passed on.
+//!
 //! The delay thus varies continuously with the gap between the bodies. Two balls that are struck at the same
 //! time have the same onset. Delays do not extend beyond the chain.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::ops::Range;
+
+use glam::DVec3;
 
 use super::impact_pulse::{BodyPulse, ImpactPulse};
 use crate::body::BodyId;
@@ -62,52 +68,78 @@ fn bodies_of(pulse: &ImpactPulse) -> impl Iterator<Item = BodyId> + use<> {
     pulse.bodies.map(|share| share.filter(BodyPulse::moves).map(|share| share.body)).into_iter().flatten()
 }
 
-/// Sets the onsets of the impacts of one instant, given the impacts that still push each body.
-fn order_instant(
-    pulses: &mut [ImpactPulse],
-    instant: std::ops::Range<usize>,
-    recent: &BTreeMap<BodyId, Vec<usize>>,
-) {
+/// The pulses of each impact of one instant.
+fn impacts_of(pulses: &[ImpactPulse], instant: &Range<usize>) -> Vec<Range<usize>> {
+    let is_one = |a: &ImpactPulse, b: &ImpactPulse| {
+        a.impact_id == b.impact_id && a.pair == b.pair && a.point == b.point
+    };
+    let mut first = instant.start;
+    let of_one = |own: &[ImpactPulse]| {
+        let range = first..first + own.len();
+        first = range.end;
+        range
+    };
+    pulses[instant.clone()].chunk_by(is_one).map(of_one).collect()
+}
+
+/// The strongest of the pulses of an impact.
+fn strongest<'a>(pulses: &'a [ImpactPulse], impact: &Range<usize>) -> &'a ImpactPulse {
+    let strength = |pulse: &ImpactPulse| pulse.points.iter().map(|(_, j)| *j).sum::<DVec3>().length();
+    let stronger = |best: usize, k: usize| {
+        if strength(&pulses[k]) > strength(&pulses[best]) { k } else { best }
+    };
+    &pulses[impact.clone().fold(impact.start, stronger)]
+}
+
+/// Sets the onsets of the impacts of one instant, given the pulses that still push each body.
+fn order_instant(pulses: &mut [ImpactPulse], instant: Range<usize>, recent: &BTreeMap<BodyId, Vec<usize>>) {
+    let impacts = impacts_of(pulses, &instant);
     let mut touching: BTreeMap<BodyId, Vec<usize>> = BTreeMap::new();
-    for index in instant.clone() {
-        for body in bodies_of(&pulses[index]) {
-            touching.entry(body).or_default().push(index);
+    for (i, impact) in impacts.iter().enumerate() {
+        for body in bodies_of(&pulses[impact.start]) {
+            touching.entry(body).or_default().push(i);
         }
     }
-    let mut reached = vec![false; instant.len()];
+    let set_onset = |pulses: &mut [ImpactPulse], impact: &Range<usize>, onset: f64| {
+        pulses[impact.clone()].iter_mut().for_each(|pulse| pulse.onset = onset);
+    };
+    let mut reached = vec![false; impacts.len()];
     let mut front = VecDeque::new();
-    for index in instant.clone() {
-        let pushing = bodies_of(&pulses[index]).filter_map(|body| recent.get(&body)).flatten();
+    for (i, impact) in impacts.iter().enumerate() {
+        let pulse = &pulses[impact.start];
+        let pushing = bodies_of(pulse).filter_map(|body| recent.get(&body)).flatten();
         let earlier: BTreeSet<usize> = pushing.copied().collect();
-        let pulse = &pulses[index];
         let given: Vec<(f64, usize)> =
             earlier.iter().map(|j| (approach_given(pulse, &pulses[*j]), *j)).collect();
         let before = pulse.velocity_before.map(|velocity| -velocity.dot(pulse.normal));
         // A single impact has the approach speed of its row. One of several may result from another at that
         // instant.
-        let before = before.or((instant.len() == 1).then_some(pulse.speed));
+        let before = before.or((impacts.len() == 1).then_some(pulse.speed));
         let own = before.map(|speed| speed - given.iter().map(|(speed, _)| speed).sum::<f64>());
         if own.is_none_or(|own| own < OWN_APPROACH * pulse.speed) {
-            let strongest = given.iter().max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(speed, _)| *speed > 0.0);
-            let Some((_, cause)) = strongest else { continue };
-            pulses[index].onset = passed_on(&pulses[*cause]);
+            let cause = given.iter().max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(speed, _)| *speed > 0.0);
+            let Some((_, cause)) = cause else { continue };
+            let onset = passed_on(&pulses[*cause]);
+            set_onset(pulses, impact, onset);
         }
-        reached[index - instant.start] = true;
-        front.push_back(index);
+        reached[i] = true;
+        front.push_back(i);
     }
-    let mut by_speed: Vec<usize> = instant.clone().collect();
-    by_speed.sort_by(|a, b| pulses[*b].speed.total_cmp(&pulses[*a].speed));
+    let mut by_speed: Vec<usize> = (0..impacts.len()).collect();
+    let speed = |i: usize| pulses[impacts[i].start].speed;
+    by_speed.sort_by(|a, b| speed(*b).total_cmp(&speed(*a)));
     for fastest in by_speed {
-        while let Some(index) = front.pop_front() {
-            let onset = passed_on(&pulses[index]);
-            for next in bodies_of(&pulses[index]).filter_map(|body| touching.get(&body)).flatten() {
-                if !std::mem::replace(&mut reached[next - instant.start], true) {
-                    pulses[*next].onset = onset;
+        while let Some(i) = front.pop_front() {
+            let onset = passed_on(strongest(pulses, &impacts[i]));
+            for next in bodies_of(&pulses[impacts[i].start]).filter_map(|body| touching.get(&body)).flatten()
+            {
+                if !std::mem::replace(&mut reached[*next], true) {
+                    set_onset(pulses, &impacts[*next], onset);
                     front.push_back(*next);
                 }
             }
         }
-        if !std::mem::replace(&mut reached[fastest - instant.start], true) {
+        if !std::mem::replace(&mut reached[fastest], true) {
             front.push_back(fastest);
         }
     }

@@ -34,9 +34,9 @@ pub struct ImpactPulse {
     pub point: DVec3,
     /// Mean unit normal, from B to A.
     pub normal: DVec3,
-    /// Velocity of A relative to B at the mean point before all impacts of that instant [m/s]; `None` without
-    /// poses of that instant in the timeline. In a touching chain only the first contact has an approach
-    /// speed then.
+    /// Velocity of A relative to B where they approach fastest, before all impacts of that instant [m/s];
+    /// `None` without poses of that instant in the timeline. In a touching chain only the first contact has
+    /// an approach speed then.
     pub velocity_before: Option<DVec3>,
     /// A and B.
     pub pair: [BodyId; 2],

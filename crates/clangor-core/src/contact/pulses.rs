@@ -310,7 +310,10 @@ fn pulse(
         Some(own) => recorded_contact_forces(&impact, own, modes, forces, solver)?,
         None => contact_forces(&impact, modes, forces, solver)?,
     };
-    let velocity_before = relative(point);
+    // Where they approach fastest: a body that tips over has points that hardly move.
+    let fastest = rows.iter().filter(|r| r.time == time);
+    let fastest = fastest.max_by(|a, b| a.approach_speed().total_cmp(&b.approach_speed()));
+    let velocity_before = relative(fastest.map_or(point, |row| row.point));
     Ok(Ok(pulses.into_iter().map(|pulse| ImpactPulse { velocity_before, ..pulse }).collect()))
 }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::bodies::{ball, cube, material, pan_steel_ball};
 use clangor_core::body::{Body, BodyId, Motion, Surface};
+use clangor_core::contact::chain_onset::delay_chains;
 use clangor_core::contact::{
     ContactError, ContactReport, ContactSettings, ImpactPulse, PoseHistory, impact_pulses,
 };
@@ -166,6 +167,29 @@ fn impact_travels_along_a_touching_chain() {
     let (together, report) = impact_pulses(&balls, &rows, &poses, &off).unwrap();
     assert_eq!(report.delayed, 0);
     assert!(together.iter().all(|pulse| pulse.onset == 1.0));
+}
+
+#[test]
+fn the_pulses_of_one_impact_begin_together() {
+    // Two forces of the first impact, the stronger one shorter, and an impact that they are passed on to; no
+    // poses say who moves.
+    let balls: Vec<Body> = (0..3).map(|i| pan_steel_ball(0.01, DVec3::X * (0.02 * i as f64))).collect();
+    let touch = |i: u32, speed: f64| {
+        let point = DVec3::X * (0.02 * f64::from(i) + 0.01);
+        row(i + 1, i, point, DVec3::X, speed, 0.03, u64::from(i) + 1)
+    };
+    let (chain, _) = pulses(&balls, &[touch(0, 1.0), touch(1, 0.5)]);
+    let [strong, next] =
+        [&chain[0], &chain[1]].map(|pulse| ImpactPulse { onset: pulse.time, ..pulse.clone() });
+    let weak_points = strong.points.iter().map(|(place, j)| (*place, 0.1 * *j)).collect();
+    let weak = ImpactPulse { duration: 3.0 * strong.duration, points: weak_points, ..strong.clone() };
+    for own in [[&weak, &strong], [&strong, &weak]] {
+        let mut all: Vec<ImpactPulse> = own.into_iter().chain([&next]).cloned().collect();
+        assert_eq!(delay_chains(&mut all), 1);
+        assert_eq!([all[0].onset, all[1].onset], [strong.time; 2]);
+        // Residual seen: 0.
+        assert!((all[2].onset - strong.time - 0.5 * strong.duration).abs() < 1e-15);
+    }
 }
 
 /// Pose of a ball at the time of [`row`].

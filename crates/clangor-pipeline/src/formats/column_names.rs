@@ -6,7 +6,27 @@ use clangor_core::scene::suggest::nearest;
 const MOST_NAMES: usize = 24;
 
 /// What other programs call a column.
-const OTHER_NAMES: [(&str, &[&str]); 1] = [("t", &["time", "timestamp", "times", "seconds", "sec"])];
+const OTHER_NAMES: [(&str, &[&str]); 9] = [
+    ("t", &["time", "timestamp", "times", "seconds", "sec", "frame"]),
+    ("body", &["object", "name", "node"]),
+    ("position_x", &["x", "px", "posx", "tx", "locationx", "translatex"]),
+    ("position_y", &["y", "py", "posy", "ty", "locationy", "translatey"]),
+    ("position_z", &["z", "pz", "posz", "tz", "locationz", "translatez"]),
+    ("orientation_x", &["qx", "quatx", "quaternionx"]),
+    ("orientation_y", &["qy", "quaty", "quaterniony"]),
+    ("orientation_z", &["qz", "quatz", "quaternionz"]),
+    ("orientation_w", &["qw", "quatw", "quaternionw"]),
+];
+
+/// Beginnings of the names of angles.
+const ANGLES: [&str; 4] = ["euler", "roll", "pitch", "yaw"];
+
+/// Whether a column holds an angle about an axis.
+fn is_angle(name: &str) -> bool {
+    let letters = letters(name);
+    let axis = ["r", "rot", "rotate", "rotation"].into_iter().find_map(|own| letters.strip_prefix(own));
+    matches!(axis, Some("x" | "y" | "z")) || ANGLES.iter().any(|angle| letters.starts_with(angle))
+}
 
 /// A name without case, underscores and the like: `Position_X` and `positionX` are `positionx`.
 fn letters(name: &str) -> String {
@@ -15,10 +35,11 @@ fn letters(name: &str) -> String {
 
 /// What to do where a file has `found` instead of `wanted`.
 fn remedy(found: &str, wanted: &str) -> String {
-    match letters(found) == letters(wanted) {
-        true => format!("; rename {found} to {wanted}"),
-        false => format!("; if {found} is meant as {wanted}, rename it"),
+    if letters(found) == letters(wanted) {
+        return format!("; rename {found} to {wanted}");
     }
+    let frames = if letters(found) == "frame" { " and give --time-scale 1/24 for 24 a second" } else { "" };
+    format!("; if {found} is meant as {wanted}, rename it{frames}")
 }
 
 /// The one of some names that is most likely another.
@@ -49,7 +70,15 @@ pub(crate) fn instead_of<'a>(
 
 /// Of a column that means nothing: the remedy, if a known one that is `free` is likely meant.
 pub(crate) fn meant<'a>(name: &str, free: impl Iterator<Item = &'a str> + Clone) -> String {
-    likely(name, free).map_or_else(String::new, |wanted| remedy(name, &wanted))
+    if is_angle(name) {
+        return "; angles must become quaternions: orientation_x, _y, _z and _w, with the scalar in _w"
+            .into();
+    }
+    let ours = OTHER_NAMES.iter().find(|(_, others)| others.contains(&letters(name).as_str()));
+    let ours = ours.map(|(ours, _)| *ours).filter(|ours| free.clone().any(|known| known == *ours));
+    ours.map(str::to_owned)
+        .or_else(|| likely(name, free))
+        .map_or_else(String::new, |wanted| remedy(name, &wanted))
 }
 
 #[cfg(test)]
@@ -67,6 +96,20 @@ mod tests {
             meant("impluse_n", ["t", "impulse_n"].into_iter()),
             "; if impluse_n is meant as impulse_n, rename it"
         );
+        let short = ["frame", "body", "x", "qw"];
+        let of = |missing: &str| instead_of(missing, short.into_iter(), short.into_iter());
+        assert!(
+            of("position_x").ends_with("; if x is meant as position_x, rename it"),
+            "{}",
+            of("position_x")
+        );
+        assert!(of("t").ends_with("rename it and give --time-scale 1/24 for 24 a second"), "{}", of("t"));
+        let known = ["t", "position_y", "orientation_w"].into_iter();
+        assert_eq!(meant("qw", known.clone()), "; if qw is meant as orientation_w, rename it");
+        for angle in ["rx", "Rotation_Z", "euler_y", "yaw"] {
+            assert!(meant(angle, known.clone()).contains("quaternions"), "{angle}");
+        }
+        assert!(!meant("radius", known).contains("quaternions"));
         let many = vec!["a"; 30];
         assert!(listed(many.iter().copied()).ends_with("a, a and 6 more"));
     }

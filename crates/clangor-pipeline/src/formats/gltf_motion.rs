@@ -49,8 +49,9 @@ pub enum NodeFault {
     Shear,
     /// A scale that is not that of a body.
     #[error(
-        "its scale is {x}, {y}, {z} below another node; apply the scale before the export (Blender: \
-         Ctrl-A, Scale)"
+        "its scale is {x}, {y}, {z}; below another node, and where it changes over time, it must be the same \
+         along all axes: apply the scale before the export (Blender: Ctrl-A, Scale), and remove keys that \
+         squash the body"
     )]
     UnevenScale {
         /// Along x.

@@ -365,19 +365,21 @@ impl<S> Reader<'_, S> {
         if cells[other] != Cell::Empty {
             return Err(PoseTableError::TwoPositions { path: self.path.into() });
         }
-        let is_turned = self.is_turned || cells[ORIENTATION..].iter().any(|cell| *cell != Cell::Empty);
-        let mut numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-        let turned = [0, 1, 2, 3].map(|k| ORIENTATION + k).into_iter().filter(|_| is_turned);
-        let places = [TIME, at, at + 1, at + 2].into_iter().chain(turned);
-        for (number, at) in numbers.iter_mut().zip(places) {
-            let finite = cells[at].number().filter(|number| number.is_finite());
-            *number = finite.ok_or_else(|| PoseTableError::NotANumber {
+        let turned = [0, 1, 2, 3].map(|k| ORIENTATION + k);
+        let [qx, qy, qz, qw] = turned;
+        let places = [TIME, at, at + 1, at + 2, qx, qy, qz, qw];
+        let mut numbers = places.map(|place| cells[place].number().unwrap_or(f64::NAN));
+        if !self.is_turned && turned.iter().all(|place| cells[*place] == Cell::Empty) {
+            numbers[4..].copy_from_slice(&DQuat::IDENTITY.to_array());
+        }
+        if let Some(bad) = numbers.iter().position(|number| !number.is_finite()) {
+            return Err(PoseTableError::NotANumber {
                 path: self.path.into(),
                 body: self.bodies.name(id).into(),
                 row,
-                column: COLUMNS[at].into(),
-                text: shown(&cells[at], "empty"),
-            })?;
+                column: COLUMNS[places[bad]].into(),
+                text: shown(&cells[places[bad]], "empty"),
+            });
         }
         let [time, px, py, pz, x, y, z, w] = numbers;
         let pose = Pose { position: DVec3::new(px, py, pz), orientation: DQuat::from_xyzw(x, y, z, w) };

@@ -8,6 +8,7 @@ use clangor_core::body::BodyId;
 use clangor_core::quantity::COORDINATE;
 use glam::DVec3;
 
+use super::coordinate_rounding::CoordinateRounding;
 use super::fall_units::{unit_of_body, unit_of_frames};
 use super::file_units::{FileUnits, LikelyUnit};
 use super::free_falls::FreeFalls;
@@ -15,6 +16,7 @@ use super::jump_windows::CLEAR_OF_NOISE;
 use super::pose_noise::PoseNoise;
 use super::quaternion_order::QuaternionOrder;
 use super::recording::{Frame, MAX_TIME, RecordingError, RecordingNotice};
+use super::repeated_poses::RepeatedPoses;
 
 /// How far the length of a quaternion may be from 1; it is made 1.
 const UNIT_TOLERANCE: f64 = 0.01;
@@ -27,7 +29,7 @@ const UNEVEN: f64 = 1.5;
 /// The same ratio up to which the frames have one length.
 const EVEN: f64 = 1.01;
 /// Jump of velocity hidden by noise from which a notice is given [m/s].
-const HIDES: f64 = 0.5;
+const HIDES: f64 = 0.2;
 /// Deviation of a jump times the length of its frames, over that of a coordinate: √6.
 const JUMPS_OF_NOISE: f64 = 2.449_489_742_783_178;
 /// Length of a frame in which impacts of noisy positions are told from it \[s\].
@@ -63,6 +65,8 @@ pub(crate) struct FrameChecks {
     free_falls: FreeFalls,
     units: FileUnits,
     noise: PoseNoise,
+    rounding: CoordinateRounding,
+    repeated: RepeatedPoses,
     order: Option<QuaternionOrder>,
 }
 
@@ -92,6 +96,8 @@ impl FrameChecks {
             free_falls: FreeFalls::new(gravity),
             units,
             noise: PoseNoise::new(),
+            rounding: CoordinateRounding::default(),
+            repeated: RepeatedPoses::default(),
             order: None,
         }
     }
@@ -118,7 +124,7 @@ impl FrameChecks {
 
     /// Noise of the jumps of velocity on one axis [m/s].
     pub(crate) fn noise(&self) -> f64 {
-        self.noise.of_jumps()
+        self.noise.of_jumps().max(self.rounding.deviation() / self.shortest)
     }
 
     /// Checks the next frame of the body called `name` and makes its rotation unit.
@@ -138,6 +144,7 @@ impl FrameChecks {
         if let Some(last) = self.last {
             let span = frame.time - last.time;
             let velocity = (frame.pose.position - last.pose.position) / span;
+            self.repeated.push(velocity, frame.row);
             self.check_speed(name, (&last, frame), velocity.length())?;
             (self.shortest, self.longest) = (self.shortest.min(span), self.longest.max(span));
             self.noise.push(velocity, span, self.gravity);
@@ -150,6 +157,7 @@ impl FrameChecks {
             }
             if let Some((earlier, before)) = self.interval.replace((velocity, span)) {
                 self.count_fall((velocity - earlier) / (0.5 * (before + span)));
+                self.rounding.push(frame.pose.position, (velocity - earlier).length() * span);
             }
         }
         self.before = self.last.replace(*frame);
@@ -178,6 +186,7 @@ impl FrameChecks {
             span: to.time - from.time,
             speed,
             unit: self.unit_of_fall(last, frame),
+            repeats: self.repeated.found().is_some(),
         };
         let [middle, earlier] = self.speeds;
         if let Some(before) = &self.before
@@ -218,14 +227,19 @@ impl FrameChecks {
         let uneven = RecordingNotice::Uneven { body: name.into(), shortest, longest };
         let (angle, row) = self.fastest;
         let turn = RecordingNotice::FastTurn { body: name.into(), row, degrees: angle.to_degrees() };
-        let hidden = CLEAR_OF_NOISE * self.noise.of_jumps();
-        let noise = self.noise.of_jumps() * shortest / JUMPS_OF_NOISE;
+        let hidden = CLEAR_OF_NOISE * self.noise();
+        let noise = self.noise() * shortest / JUMPS_OF_NOISE;
         let every = (LONG_ENOUGH / shortest).floor().clamp(0.0, f64::from(u32::MAX)) as u32;
         let noisy = RecordingNotice::Noisy { body: name.into(), noise, hidden, every };
         let scalar_first = self.order.and_then(|order| order.scalar_first());
         let order = RecordingNotice::ScalarFirst { body: name.into(), row: scalar_first.unwrap_or(0) };
+        // Rounded positions repeat where a body is slow.
+        let repeated = self.repeated.found().filter(|_| self.rounding.deviation() == 0.0);
+        let (count, first) = repeated.unwrap_or_default();
+        let repeated = RecordingNotice::Repeated { body: name.into(), count, row: first };
         let found = [
             (scalar_first.is_some(), order),
+            (count > 0, repeated),
             (longest > UNEVEN * shortest, uneven),
             (hidden > HIDES, noisy),
             (angle > FAST_TURN, turn),

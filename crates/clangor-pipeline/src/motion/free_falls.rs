@@ -22,7 +22,7 @@ use super::recording::Frame;
 
 /// Frames of a fall.
 const POINTS: usize = quaternion_order::POINTS;
-/// Distances of those frames; wide ones are needed where positions are rounded or noisy.
+/// Distances of those frames, powers of two; wide ones are needed where positions are rounded or noisy.
 const STRIDES: [usize; 5] = [1, 2, 4, 8, 16];
 /// Largest distance from the parabola, over its sagitta.
 const ON_PARABOLA: f64 = 0.01;
@@ -62,10 +62,36 @@ pub(crate) struct FallSpeeds {
 #[derive(Clone, Debug)]
 pub(crate) struct FreeFalls {
     down: DVec3,
-    /// For each distance the last seven frames whose number it divides: time, place and orientation.
-    recent: [Vec<(f64, DVec3, DQuat)>; STRIDES.len()],
+    /// For each distance the last seven frames whose number it divides.
+    recent: [Recent; STRIDES.len()],
     frames: usize,
     found: [FallSpeeds; 3],
+}
+
+/// The last seven frames of a row: time, place and orientation.
+#[derive(Clone, Debug, Default)]
+struct Recent {
+    points: Vec<(f64, DVec3, DQuat)>,
+    /// Place of the oldest, once there are seven.
+    oldest: usize,
+}
+
+impl Recent {
+    fn push(&mut self, point: (f64, DVec3, DQuat)) {
+        if self.points.len() < POINTS {
+            self.points.reserve_exact(POINTS);
+            self.points.push(point);
+        } else {
+            self.points[self.oldest] = point;
+            self.oldest = if self.oldest + 1 < POINTS { self.oldest + 1 } else { 0 };
+        }
+    }
+
+    /// The `k`-th of seven from the oldest.
+    fn at(&self, k: usize) -> &(f64, DVec3, DQuat) {
+        let place = self.oldest + k;
+        &self.points[if place < POINTS { place } else { place - POINTS }]
+    }
 }
 
 impl FreeFalls {
@@ -82,20 +108,17 @@ impl FreeFalls {
         let mut widest = None;
         self.frames += 1;
         for (place, stride) in STRIDES.into_iter().enumerate() {
-            if !newest.is_multiple_of(stride) {
+            // A division by a power of two, which the compiler does not see.
+            if newest & (stride - 1) != 0 {
                 break;
             }
-            let (recent, number) = (&mut self.recent[place], newest / stride);
-            if recent.len() < POINTS {
-                recent.reserve_exact(POINTS);
-                recent.push(point);
-            } else {
-                recent[number % POINTS] = point;
+            let recent = &mut self.recent[place];
+            recent.push(point);
+            if recent.points.len() < POINTS {
+                continue;
             }
-            let Some(first) = (number + 1).checked_sub(POINTS) else { continue };
-            let at = |k: usize| &self.recent[place][(first + k) % POINTS];
-            let Some(acceleration) = parabola(|k| (at(k).0, at(k).1)) else { continue };
-            let turns: [(f64, DQuat); POINTS] = std::array::from_fn(|k| (at(k).0, at(k).2));
+            let Some(acceleration) = parabola(|k| (recent.at(k).0, recent.at(k).1)) else { continue };
+            let turns: [(f64, DQuat); POINTS] = std::array::from_fn(|k| (recent.at(k).0, recent.at(k).2));
             if self.note(acceleration, stride as u64, frame.row) == Some(FallsAlong::Gravity) {
                 widest = Some(turns);
             }

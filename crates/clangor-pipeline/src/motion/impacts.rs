@@ -81,6 +81,9 @@ pub(super) fn find_impacts_in_noise(
     noise: &[f64],
 ) -> MotionImpacts {
     let mut scene = Scene::new(world, recorded);
+    for (kinematics, noise) in scene.kinematics.iter_mut().zip(noise) {
+        kinematics.iter_mut().for_each(|kinematics| kinematics.set_noise(*noise));
+    }
     let mut found = MotionImpacts::default();
     scene.find_how_bodies_start(recorded, v_min, noise);
     let mut events = scene.clean_events(recorded, v_min, noise);
@@ -293,7 +296,7 @@ impl<'a> Scene<'a> {
             }
         }
         let (mut event, used) = best?;
-        event.share(self, search, span);
+        event.share(self, search);
         Some((event, used))
     }
 

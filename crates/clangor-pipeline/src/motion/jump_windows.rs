@@ -361,11 +361,15 @@ impl Support {
         Support { before: held(first - 1, first.saturating_sub(2)), after: held(last + 1, last + 2) }
     }
 
-    /// The push at a frame if it is the weight there and at the one beyond.
+    /// The push at a frame if it is the weight there and at the one beyond; in noise, the weight.
     fn held(kinematics: &Kinematics<'_>, k: usize, beyond: usize) -> Jump {
-        let is_held = kinematics.is_held(k) && kinematics.is_held(beyond);
-        let velocity = if is_held { kinematics.jumps[k].velocity } else { DVec3::ZERO };
-        Jump { velocity, ..Jump::default() }
+        if !(kinematics.is_held(k) && kinematics.is_held(beyond)) {
+            return Jump::default();
+        }
+        let (push, weight) =
+            (kinematics.jumps[k].velocity, -kinematics.inertia.gravity * kinematics.jumps[k].span);
+        let is_clear = kinematics.noisy_jump() < STEADY * weight.length();
+        Jump { velocity: if is_clear { push } else { weight }, ..Jump::default() }
     }
 
     fn is_none(&self) -> bool {
@@ -422,9 +426,13 @@ fn leaves_steady_push(jumps: &[Jump], k: usize, (clear, fall): (f64, f64)) -> bo
     let around = |frame: Option<usize>| frame.and_then(|frame| jumps.get(frame)).map(|jump| jump.velocity);
     let frames = [k.checked_sub(2), k.checked_sub(1), Some(k + 1), Some(k + 2)];
     let [Some(a), Some(b), Some(c), Some(d)] = frames.map(around) else { return false };
+    let (own, least, most) = (jumps[k].velocity, unsupported_threshold(clear, fall), STEADY * fall);
+    // Most jumps are like the one before, which is near the mean of steady ones.
+    if own.distance_squared(b) < (least - most).max(0.0).powi(2) {
+        return false;
+    }
     let steady = 0.25 * (a + b + c + d);
-    let is_steady = [a, b, c, d].iter().all(|push| push.distance(steady) < STEADY * fall);
-    is_steady && jumps[k].velocity.distance(steady) > unsupported_threshold(clear, fall)
+    [a, b, c, d].iter().all(|push| push.distance(steady) < most) && own.distance(steady) > least
 }
 
 /// Whether a jump is within a row of five that go over into each other, within 10 ms: a force that lasts, as

@@ -24,6 +24,11 @@ const ROTATION_STEPS: u32 = 8;
 /// Distances of a push from the weight, over the weight, up to which it supports and holds the body.
 const SUPPORTED: f64 = 0.5;
 const HELD: f64 = 0.05;
+/// The same distance of a single push in noise, in deviations of one axis; most frames whose mean is asked
+/// then; and the noise of the mean of n pushes, times n, over that of one: neighbours share their noise.
+const IN_NOISE: f64 = 4.0;
+const MOST_IN_MEAN: usize = 16;
+const OF_MEAN: f64 = 0.82;
 
 /// Mass of a body and what moves it between impacts.
 #[derive(Clone, Copy, Debug)]
@@ -131,6 +136,8 @@ pub(super) struct Kinematics<'a> {
     pub(super) start: Start,
     /// Index of the last frame that is no repetition of the one before.
     pub(super) last_key: usize,
+    /// Deviation of Δv on one axis that is noise [m/s].
+    noise: f64,
 }
 
 impl<'a> Kinematics<'a> {
@@ -152,7 +159,18 @@ impl<'a> Kinematics<'a> {
         let held = frames.iter().rev().zip(frames.iter().rev().skip(1)).take_while(|(b, a)| b.row == a.row);
         let last_key = frames.len().saturating_sub(1 + held.count());
         let left = jumps.clone();
-        Kinematics { frames, inertia, intervals, jumps, left, release, start: Start::Unknown, last_key }
+        let (start, noise) = (Start::Unknown, 0.0);
+        Kinematics { frames, inertia, intervals, jumps, left, release, start, last_key, noise }
+    }
+
+    /// The same where the deviation of Δv on one axis is noise [m/s].
+    pub(super) fn set_noise(&mut self, noise: f64) {
+        self.noise = noise;
+    }
+
+    /// Jump that noise alone makes of a steady push [m/s].
+    pub(super) fn noisy_jump(&self) -> f64 {
+        IN_NOISE * self.noise
     }
 
     /// Nothing is left of the jump at a frame.
@@ -248,11 +266,26 @@ impl<'a> Kinematics<'a> {
         index > 0 && index + 1 < self.frames.len() && self.is_weight(index, HELD)
     }
 
-    /// Whether the push at a frame is the weight, within this share of it.
+    /// Whether the push at a frame is the weight, within this share of it. Where noise exceeds that share,
+    /// the mean of the frames from it on, or of those up to it, says so.
     fn is_weight(&self, index: usize, within: f64) -> bool {
-        let (jump, g) = (self.jumps[index], self.inertia.gravity);
-        let held = -g * jump.span;
-        held.length() > 0.0 && (jump.velocity - held).length() < within * held.length()
+        let g = self.inertia.gravity;
+        let beyond = |k: usize| self.jumps[k].velocity + g * self.jumps[k].span;
+        let allowed = within * g.length() * self.jumps[index].span;
+        if self.noisy_jump() <= allowed {
+            return allowed > 0.0 && beyond(index).length() < allowed;
+        }
+        if allowed <= 0.0 || beyond(index).length() >= allowed + self.noisy_jump() {
+            return false;
+        }
+        let count = (OF_MEAN * self.noisy_jump() / allowed).ceil() as usize + 1;
+        let count = count.min(MOST_IN_MEAN);
+        let ends = [index.checked_sub(count - 1), Some(index)];
+        ends.into_iter().flatten().any(|first| {
+            let is_inside = first > 0 && first + count < self.frames.len();
+            let sum = || (first..first + count).map(beyond).sum::<DVec3>();
+            is_inside && sum().length() < allowed * count as f64 + OF_MEAN * self.noisy_jump()
+        })
     }
 
     /// Whether a time lies between the first frame and the last.

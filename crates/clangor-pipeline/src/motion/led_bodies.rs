@@ -8,7 +8,8 @@
 //! An impact pushes for two frames, so that three in a row are a force that lasts. It is sought before an
 //! instant and after it: a hand that lets go there, and one that sets a body down, lead it on one side only.
 //! Where frames end, the other side decides. A body that lies on something which the recording does not have
-//! passes for led, and rightly: something gives what is missing.
+//! passes for led, and rightly: something gives what is missing. In noise the mean of the frames is the push,
+//! if they differ by noise alone.
 //!
 //! Not without gravity, where a hand that moves evenly leaves no sign.
 
@@ -113,6 +114,13 @@ fn side(kinematics: &Kinematics<'_>, near: &[usize]) -> Side {
     let is_row = |row: &&[DVec3]| {
         least > 0.0 && row.iter().all(|push| push.length() > least) && row.windows(2).all(goes_over)
     };
+    // In noise that hides what goes over into what, a push that is steady but for the noise.
+    let (mean, noise) = (pushes.iter().sum::<DVec3>() / near.len() as f64, kinematics.noisy_jump());
+    let spans = near.iter().map(|k| kinematics.jumps[*k].span);
+    let is_noise = |(push, span): (&DVec3, f64)| push.distance(mean) * span < noise;
+    if least > 0.0 && mean.length() > least && pushes.iter().zip(spans).all(is_noise) {
+        return Side::Pushed(mean);
+    }
     let row = pushes.windows(ROW).find(is_row);
     row.map_or(Side::Free, |row| Side::Pushed(row.iter().sum::<DVec3>() / ROW as f64))
 }

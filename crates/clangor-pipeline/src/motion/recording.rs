@@ -129,6 +129,8 @@ pub enum RecordingError {
         "body {body}, row {row}: it moves {} m within {} s, which is {} m/s; {}",
         number(*distance), number(*span), number(*speed),
         match unit {
+            _ if *repeats => "poses before it repeat each other while the body moves: leave the repeated \
+                rows out".into(),
             Some(unit) => unit.to_string(),
             None => "a body that is put elsewhere must be hidden (scale 0) or another body, and a file in \
                 centimetres needs --scale 0.01, one in millimetres --scale 0.001".into(),
@@ -147,6 +149,8 @@ pub enum RecordingError {
         speed: f64,
         /// The unit of the file, if its falls until then, or its last frames, show it.
         unit: Option<LikelyUnit>,
+        /// Whether poses before it repeat while the body moves.
+        repeats: bool,
     },
 }
 
@@ -211,7 +215,7 @@ pub enum RecordingNotice {
             0 | 1 => String::new(),
             _ => {
                 let left = number(hidden / f64::from(*every));
-                format!("; with every {every}th frame alone, about {left} m/s")
+                format!("; with one frame of {every} alone, about {left} m/s")
             }
         }
     )]
@@ -224,6 +228,19 @@ pub enum RecordingNotice {
         hidden: f64,
         /// Frames of which one is enough for the impacts that others hide.
         every: u32,
+    },
+    /// Poses that repeat the one before while the body moves.
+    #[error(
+        "body {body}: {count} poses repeat the one before while it moves, the first in row {row}; leave the \
+         repeated rows out, or each move after one is an impact"
+    )]
+    Repeated {
+        /// The body.
+        body: String,
+        /// How many there are.
+        count: u64,
+        /// Row of the first.
+        row: u64,
     },
     /// A body that turns too fast for its frames.
     #[error(

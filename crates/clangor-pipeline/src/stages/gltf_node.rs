@@ -8,7 +8,7 @@ use std::path::Path;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::scene::instantiate::GeometryError;
 
-use crate::formats::gltf_motion::read_gltf_motion;
+use crate::formats::gltf_motion::{GltfMotion, read_gltf_motion};
 use crate::motion::file_units::FileUnits;
 
 /// Most names in a message.
@@ -36,9 +36,14 @@ pub(super) fn nodes_to_choose(file: &Path) -> Option<String> {
         return None;
     }
     let motion = read_gltf_motion(file, &[], FileUnits::default()).ok()?;
-    let nodes: Vec<_> = motion.nodes.iter().filter(|node| node.mesh.is_some()).collect();
-    let names = nodes.iter().take(MOST_NAMES).map(|node| format!("{}#{}", file.display(), node.name));
-    (nodes.len() > 1).then(|| names.collect::<Vec<_>>().join(", "))
+    let several = motion.nodes.iter().filter(|node| node.mesh.is_some()).nth(1).is_some();
+    several.then(|| nodes_with_triangles(&motion, |name| format!("{}#{name}", file.display())))
+}
+
+/// The first nodes of a file that have triangles, each as `shown` writes its name.
+fn nodes_with_triangles(motion: &GltfMotion, shown: impl Fn(&str) -> String) -> String {
+    let bodies = motion.nodes.iter().filter(|node| node.mesh.is_some());
+    bodies.take(MOST_NAMES).map(|node| shown(&node.name)).collect::<Vec<_>>().join(", ")
 }
 
 /// The triangles of a node.
@@ -53,13 +58,7 @@ pub(super) fn node_mesh(file: &Path, name: &str) -> Result<TriMesh, GeometryErro
     if let Some(faulty) = motion.faults.iter().find(|faulty| faulty.name == name) {
         return Err(refused(format!("{file}: {faulty}"), "export the file again"));
     }
-    let names: Vec<String> = motion
-        .nodes
-        .iter()
-        .filter(|node| node.mesh.is_some())
-        .map(|node| format!("\"{}\"", node.name))
-        .take(MOST_NAMES)
-        .collect();
-    let known = if names.is_empty() { "no node with triangles".into() } else { names.join(", ") };
+    let names = nodes_with_triangles(&motion, |name| format!("\"{name}\""));
+    let known = if names.is_empty() { "no node with triangles".into() } else { names };
     Err(refused(format!("{file} has no node with triangles \"{name}\""), &format!("it has {known}")))
 }

@@ -109,8 +109,8 @@ fn on_an_even_bed_of_springs_all_squares_rise_alike() {
 fn feet_carry_a_body_of_revolution_at_their_frequency() {
     // A disc of steel on three feet: the bounce is that of the scene, and the dampers damp it as they should.
     let feet = "[[body.support]]\nkind = \"feet\"\nfrequency = 40.0\ndamping_ratio = 0.03\npoints = [[0.03, \
-                -0.001, 0.0], [-0.015, -0.001, 0.02598], [-0.015, -0.001, -0.02598]]";
-    let loaded = beam("cylinder:0.05x0.002", feet);
+                -0.003, 0.0], [-0.015, -0.003, 0.02598], [-0.015, -0.003, -0.02598]]";
+    let loaded = beam("cylinder:0.05x0.006", feet);
     let modes = loaded.modes.at(BodyId(0), &[(DVec3::ZERO, DVec3::Y)]).unwrap();
     let bounce = (0..6).max_by(|a, b| modes.motions[0][*a].y.abs().total_cmp(&modes.motions[0][*b].y.abs()));
     let bounce = bounce.unwrap();
@@ -159,8 +159,8 @@ velocity = [0.0, -{speed}, 0.0]
 
 #[test]
 fn a_ball_bounces_lower_off_a_clamped_sheet_than_off_a_block() {
-    let sheet = "[[body]]\nshape = \"box:0.08x0.0015x0.05\"\nmaterial = \"hard\"\nmotion = \"fixed\"\n\
-                 [[body.support]]\nkind = \"clamped\"\nlow = [-0.05, -1, -1]\nhigh = [-0.03, 1, 1]\n";
+    let sheet = "[[body]]\nshape = \"box:0.04x0.0015x0.03\"\nmaterial = \"hard\"\nmotion = \"fixed\"\n\
+                 [[body.support]]\nkind = \"clamped\"\nlow = [-0.05, -1, -1]\nhigh = [-0.015, 1, 1]\n";
     let block = "[[body]]\nshape = \"box:0.08x0.05x0.05\"\nmaterial = \"hard\"\nmotion = \"fixed\"\n";
     let sheet = restitution(&drop(sheet, 0.004, 0.00075, 1.0), 1.0);
     let block = restitution(&drop(block, 0.004, 0.025, 1.0), 1.0);

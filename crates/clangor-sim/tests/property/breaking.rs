@@ -76,10 +76,9 @@ fn the_same_seed_breaks_alike() {
     assert_eq!(rows(&a), rows(&b));
 }
 
-#[test]
-fn the_outcome_depends_little_on_the_time_step() {
-    // Twenty seeds at each step, from just above the floor. Counts of one step spread by 3.3, so that the
-    // mean of twenty is known to 6 %.
+/// Mean number of pieces at each time step \[s\], of twenty seeds, from just above the floor. Counts of one
+/// step spread by 3.3, so that the mean of twenty is known to 6 %.
+fn mean_pieces<const N: usize>(steps: [f64; N]) -> [f64; N] {
     let count = |step: f64| {
         let counts = (0..20).map(|seed| {
             let (world, breakables) = tile(150.0, (0.03, 4.0), 12.0, Breaking::default(), seed);
@@ -90,16 +89,26 @@ fn the_outcome_depends_little_on_the_time_step() {
         });
         counts.sum::<usize>() as f64 / 20.0
     };
-    let [slow, middle, fast] = thread::scope(|scope| {
-        [1.0 / 5e3, 1.0 / 1e4, 1.0 / 2e4]
-            .map(|step| scope.spawn(move || count(step)))
-            .map(|c| c.join().unwrap())
-    });
-    println!("means {slow} {middle} {fast}");
-    // Tolerance of the method: a fifth. Seen: 15 % fewer pieces at 5 kHz, 1.5 % more at 20 kHz.
-    for other in [slow, fast] {
-        assert!((other / middle - 1.0).abs() <= 0.2, "{slow} {middle} {fast}");
-    }
+    thread::scope(|scope| {
+        steps.map(|step| scope.spawn(move || count(step))).map(|counted| counted.join().unwrap())
+    })
+}
+
+#[test]
+fn the_outcome_depends_little_on_the_time_step() {
+    let [slow, middle] = mean_pieces([1.0 / 5e3, 1.0 / 1e4]);
+    println!("means {slow} {middle}");
+    // Tolerance of the method: a fifth. Seen: 15 % fewer pieces at 5 kHz.
+    assert!((slow / middle - 1.0).abs() <= 0.2, "{slow} {middle}");
+}
+
+#[test]
+#[ignore = "half a minute of both cores"]
+fn the_outcome_depends_little_on_a_shorter_time_step() {
+    let [middle, fast] = mean_pieces([1.0 / 1e4, 1.0 / 2e4]);
+    println!("means {middle} {fast}");
+    // Tolerance of the method: a fifth. Seen: 1.5 % more pieces at 20 kHz.
+    assert!((fast / middle - 1.0).abs() <= 0.2, "{middle} {fast}");
 }
 
 #[test]

@@ -180,12 +180,16 @@ impl RenderReportView<'_> {
         let contacts = &self.summary.contacts;
         let solves = &contacts.solves;
         if solves.solved > 0 {
+            let scaled = match solves.largest_scale {
+                scale if scale > 0.0 => {
+                    format!("; scaled to the recorded impulses by {:+.1} dB at most", 20.0 * scale.log10())
+                }
+                _ => String::new(),
+            };
             console.say(format_args!(
-                "{} with a solve of the contact ({} in closed form); scaled to the recorded impulses by \
-                 {:+.1} dB at most",
+                "{} with a solve of the contact ({} in closed form){scaled}",
                 counted(solves.solved as usize, "impact", "impacts"),
-                solves.closed,
-                20.0 * solves.largest_scale.log10()
+                solves.closed
             ));
         }
         if solves.recorded > 0 {

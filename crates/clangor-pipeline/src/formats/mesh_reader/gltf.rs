@@ -185,7 +185,10 @@ fn accessor<'a>(
     let accessor = file.document.accessors.get(index);
     let accessor = accessor.ok_or(syntax("a primitive names an accessor that does not exist"))?;
     if accessor.shape != shape || !kinds.contains(&accessor.component_type) {
-        return Err(syntax("positions must be VEC3 of 32-bit floats, indices SCALAR of unsigned integers"));
+        return Err(syntax(
+            "positions must be VEC3 of 32-bit floats, indices SCALAR of unsigned integers; export it without \
+             quantization (KHR_mesh_quantization)",
+        ));
     }
     Ok(accessor)
 }

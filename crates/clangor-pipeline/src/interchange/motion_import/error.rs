@@ -103,7 +103,10 @@ pub enum MotionImportError {
         others: usize,
     },
     /// Nothing of the scene moves.
-    #[error("{path} moves no body of the scene; nodes and rows belong to bodies by their names")]
+    #[error(
+        "{path} moves no body of the scene; nodes and rows belong to bodies by their names, and of a glTF \
+         file with several scenes the default one is read"
+    )]
     NothingMoves {
         /// The first file.
         path: PathBuf,

@@ -11,9 +11,15 @@
 //!
 //! and 0.001 at least; a point of the fit with a wider gap keeps w = 1. The impulses are those of least
 //! Σ |j|²/(m_j w) that explain as much as the fit ([`lasting_fit`](crate::motion)), which excite other modes
-//! than a single one. Frames that are too long to tell gaps of micrometres (below 600 Hz) keep the fewest
-//! points. It is not the distribution of the real pressure, which poses do not tell; the renderer solves the
-//! contact at these points.
+//! than a single one.
+//!
+//! Frames below 600 Hz are too long to tell gaps of micrometres, and have in one jump what the slaps of a
+//! body that lands almost flat give one after the other. There the gap closes by the approach V in a short time:
+//! g − g₀ < V T. Where the centre of the pressure is an edge or a corner, the least Σ |j|² leaves the impulse
+//! there whatever lies around it.
+//!
+//! It is not the distribution of the real pressure, which poses do not tell; the renderer solves the contact
+//! at these points.
 
 use std::ops::Range;
 
@@ -31,6 +37,8 @@ use crate::motion::lasting_fit::{FitPair, share_load};
 const CLOSED: f64 = 0.25;
 /// Longest frame that shows such gaps \[s\]: 600 Hz.
 const LONGEST: f64 = 1.0 / 600.0;
+/// T: slaps within it count as one impact in longer frames \[s\].
+const SLAPS: f64 = 3e-4;
 /// Difference of gaps that is rounding of the poses, over their coordinates: two digits of a 32-bit number.
 const ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
 /// Least w of a point that takes part.
@@ -39,12 +47,8 @@ const LEAST_SHARE: f64 = 1e-3;
 const AS_MUCH: f64 = 0.005;
 
 impl Event {
-    /// Shares the impulses of each pair of bodies among the points that the contact closes, if frames of
-    /// this length \[s\] show which do.
-    pub(super) fn share(&mut self, scene: &Scene<'_>, search: Search, span: f64) {
-        if span > LONGEST {
-            return;
-        }
+    /// Shares the impulses of each pair of bodies among the points that the contact closes.
+    pub(super) fn share(&mut self, scene: &Scene<'_>, search: Search) {
         let mut kept: Vec<(usize, f64)> = Vec::new();
         let mut pairs: Vec<FitPair> = Vec::new();
         let mut from = 0;
@@ -82,7 +86,7 @@ impl Event {
         let Some(strongest) = strongest else { return Vec::new() };
         let gap = |index: usize| self.points[index].1.gap;
         let nearest = pushing().map(gap).fold(f64::INFINITY, f64::min);
-        let closed = self.closed_gap(scene, strongest);
+        let closed = self.closed_gap(scene, strongest) + self.slapped_gap(strongest);
         let share = |index: usize| {
             let open = ((gap(index) - nearest) / closed).max(0.0);
             match (open < 1.0, is_pushing(&index)) {
@@ -97,11 +101,28 @@ impl Event {
     /// How much wider than the smallest gap those are that a contact with this strongest point closes \[m\].
     pub(super) fn closed_gap(&self, scene: &Scene<'_>, strongest: usize) -> f64 {
         let rounding = ROUNDING * self.points[strongest].0.point.abs().max_element();
-        let span = self.members.iter().filter_map(|member| member.window).map(|window| window.span);
-        match span.fold(0.0, f64::max) > LONGEST {
+        match self.is_coarse() {
             true => rounding,
             false => CLOSED * self.largest_approach(scene, strongest) + rounding,
         }
+    }
+
+    /// How much wider the gaps are that slaps of the same impact close in long frames \[m\].
+    fn slapped_gap(&self, strongest: usize) -> f64 {
+        if self.is_coarse() { SLAPS * self.approach_at(strongest).max(0.0) } else { 0.0 }
+    }
+
+    /// Whether the frames are too long to tell which points the contact closes.
+    fn is_coarse(&self) -> bool {
+        let spans = self.members.iter().filter_map(|member| member.window).map(|window| window.span);
+        spans.fold(0.0, f64::max) > LONGEST
+    }
+
+    /// Speed at which the surfaces approach at a point [m/s].
+    fn approach_at(&self, index: usize) -> f64 {
+        let FitContact { bodies, point, normal, .. } = self.points[index].0;
+        let [a, b] = bodies.map(|place| self.members[place].state.velocity_at(point));
+        -(a - b).dot(normal)
     }
 
     /// Hertz's largest approach at a point \[m\]; 0 where the surfaces do not approach there.
@@ -109,8 +130,7 @@ impl Event {
         let FitContact { bodies, point, normal, .. } = self.points[index].0;
         let members = bodies.map(|place| &self.members[place]);
         let body = |i: usize| &scene.world.bodies[members[i].body.index()];
-        let [a, b] = members.map(|member| member.state.velocity_at(point));
-        let speed = -(a - b).dot(normal);
+        let speed = self.approach_at(index);
         if speed <= 0.0 {
             return 0.0;
         }

@@ -24,8 +24,9 @@ const ANGLES: [&str; 4] = ["euler", "roll", "pitch", "yaw"];
 /// Whether a column holds an angle about an axis.
 fn is_angle(name: &str) -> bool {
     let letters = letters(name);
-    let axis = ["r", "rot", "rotate", "rotation"].into_iter().find_map(|own| letters.strip_prefix(own));
-    matches!(axis, Some("x" | "y" | "z")) || ANGLES.iter().any(|angle| letters.starts_with(angle))
+    let is_about = |own: &str| matches!(letters.strip_prefix(own), Some("x" | "y" | "z"));
+    ["r", "rot", "rotate", "rotation"].into_iter().any(is_about)
+        || ANGLES.iter().any(|angle| letters.starts_with(angle))
 }
 
 /// A name without case, underscores and the like: `Position_X` and `positionX` are `positionx`.

@@ -81,8 +81,10 @@ pub(super) fn find_impacts_in_noise(
     noise: &[f64],
 ) -> MotionImpacts {
     let mut scene = Scene::new(world, recorded);
+    // Bodies of one recording have one noise; what exceeds that of the quietest may be what pushes them.
+    let quietest = noise.iter().copied().filter(|noise| *noise > 0.0).fold(f64::INFINITY, f64::min);
     for (kinematics, noise) in scene.kinematics.iter_mut().zip(noise) {
-        kinematics.iter_mut().for_each(|kinematics| kinematics.set_noise(*noise));
+        kinematics.iter_mut().for_each(|kinematics| kinematics.set_noise(noise.min(quietest)));
     }
     let mut found = MotionImpacts::default();
     scene.find_how_bodies_start(recorded, v_min, noise);

@@ -363,7 +363,7 @@ impl Support {
 
     /// The push at a frame if it is the weight there and at the one beyond; in noise, the weight.
     fn held(kinematics: &Kinematics<'_>, k: usize, beyond: usize) -> Jump {
-        if !(kinematics.is_held(k) && kinematics.is_held(beyond)) {
+        if !(kinematics.is_held_in_noise(k) && kinematics.is_held_in_noise(beyond)) {
             return Jump::default();
         }
         let (push, weight) =

@@ -263,27 +263,40 @@ impl<'a> Kinematics<'a> {
 
     /// The same more strictly, by which what rests or is carried is told from what rattles; not at the ends.
     pub(super) fn is_held(&self, index: usize) -> bool {
+        index > 0
+            && index + 1 < self.frames.len()
+            && self.beyond_weight(index).length() < self.allowed(index, HELD)
+    }
+
+    /// Whether it is held beside an impact: noise that is not known from a steady moment would take what
+    /// rattles for held elsewhere.
+    pub(super) fn is_held_in_noise(&self, index: usize) -> bool {
         index > 0 && index + 1 < self.frames.len() && self.is_weight(index, HELD)
+    }
+
+    /// What the push at a frame has beyond the weight [m/s].
+    fn beyond_weight(&self, index: usize) -> DVec3 {
+        self.jumps[index].velocity + self.inertia.gravity * self.jumps[index].span
+    }
+
+    /// This share of the weight in a frame [m/s].
+    fn allowed(&self, index: usize, within: f64) -> f64 {
+        within * self.inertia.gravity.length() * self.jumps[index].span
     }
 
     /// Whether the push at a frame is the weight, within this share of it. Where noise exceeds that share,
     /// the mean of the frames from it on, or of those up to it, says so.
     fn is_weight(&self, index: usize, within: f64) -> bool {
-        let g = self.inertia.gravity;
-        let beyond = |k: usize| self.jumps[k].velocity + g * self.jumps[k].span;
-        let allowed = within * g.length() * self.jumps[index].span;
-        if self.noisy_jump() <= allowed {
-            return allowed > 0.0 && beyond(index).length() < allowed;
-        }
-        if allowed <= 0.0 || beyond(index).length() >= allowed + self.noisy_jump() {
-            return false;
+        let (allowed, beyond) = (self.allowed(index, within), self.beyond_weight(index).length());
+        if self.noisy_jump() <= allowed || allowed <= 0.0 || beyond >= allowed + self.noisy_jump() {
+            return beyond < allowed;
         }
         let count = (OF_MEAN * self.noisy_jump() / allowed).ceil() as usize + 1;
         let count = count.min(MOST_IN_MEAN);
         let ends = [index.checked_sub(count - 1), Some(index)];
         ends.into_iter().flatten().any(|first| {
             let is_inside = first > 0 && first + count < self.frames.len();
-            let sum = || (first..first + count).map(beyond).sum::<DVec3>();
+            let sum = || (first..first + count).map(|k| self.beyond_weight(k)).sum::<DVec3>();
             is_inside && sum().length() < allowed * count as f64 + OF_MEAN * self.noisy_jump()
         })
     }

@@ -29,7 +29,7 @@ use glam::DVec3;
 use super::impacts::{Scene, state_of_unrecorded};
 use super::impulse_fit::{FitBody, FitContact};
 use super::kinematics::{Kinematics, State};
-use super::lasting_fit::{FitPair, SharedLoad, share_load};
+use super::lasting_fit::{EXPLAINED, FitPair, SharedLoad, share_load};
 use super::lasting_jumps::{LastingJump, Push, RecordedMotion, lasting_jumps};
 use super::led_bodies::{Pushes, Reach};
 use super::recording::RecordedBody;
@@ -188,7 +188,7 @@ impl Search<'_> {
             for wider in WIDER {
                 let group = self.group(*body, time, wider * span, wider);
                 let bodies = self.fit_bodies(&group);
-                let load = share_load(&bodies, (&group.contacts, &[]), &group.pairs);
+                let load = share_load(&bodies, (&group.contacts, &[]), &group.pairs, EXPLAINED);
                 let is_good = load.residual < POOR;
                 if best.as_ref().is_none_or(|(_, other)| load.residual < 0.7 * other.residual) {
                     best = Some((group, load));

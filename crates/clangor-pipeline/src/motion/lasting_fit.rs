@@ -28,10 +28,8 @@ use super::impulse_fit::{FitBody, FitContact, energy, inverse_mass_at, relative_
 
 /// ε.
 const WEIGHT: f64 = 0.1;
-/// Most passes, the energy left of that of the jumps at which they end, and the share of that of the pass
-/// before.
+/// Most passes, and the share of what the pass before left from which another one is not worth it.
 const PASSES: usize = 40;
-const EXPLAINED: f64 = 1e-14;
 const HARDLY: f64 = 0.9;
 /// Most steps within limits, and the change of the impulses in one, relative to the largest, at which they
 /// end.
@@ -59,11 +57,17 @@ pub(super) struct SharedLoad {
     pub(super) residual: f64,
 }
 
-/// Shares the load among all points. Each has m_j times its share w, at most 1; 1 beyond the end of `shares`.
+/// Energy of the jumps that may be left of a load that lasts, and of an impact, over all of it.
+pub(super) const EXPLAINED: f64 = 1e-14;
+pub(super) const EXPLAINED_OF_IMPACT: f64 = 1e-18;
+
+/// Shares the load among all points until this part of the energy of the jumps is left. Each point has m_j
+/// times its share w, at most 1; 1 beyond the end of `shares`.
 pub(super) fn share_load(
     bodies: &[FitBody],
     (contacts, shares): (&[FitContact], &[f64]),
     pairs: &[FitPair],
+    explained: f64,
 ) -> SharedLoad {
     let whole: f64 = bodies.iter().map(energy).sum();
     let fit = Fit::new(bodies, (contacts, shares), pairs);
@@ -72,12 +76,12 @@ pub(super) fn share_load(
     for _ in 0..PASSES {
         load = fit.pass(&load);
         let before = std::mem::replace(&mut rest, fit.rest(&load));
-        if rest <= EXPLAINED * whole || rest > HARDLY * before {
+        if rest <= explained * whole || rest > HARDLY * before {
             break;
         }
     }
     for _ in 0..CARRIES {
-        if rest <= EXPLAINED * whole {
+        if rest <= explained * whole {
             break;
         }
         let Some(next) = fit.carried(&load) else { break };
@@ -303,7 +307,7 @@ mod tests {
         let contacts =
             [[half, half], [half, -half], [-half, half], [-half, -half]].map(|[x, z]| corner(x, z));
         let pairs = [FitPair { bodies: [0, 1], contacts: 0..4, lever: 0.0 }];
-        let load = share_load(&[block, floor()], (&contacts, &[]), &pairs);
+        let load = share_load(&[block, floor()], (&contacts, &[]), &pairs, EXPLAINED);
         let sum: DVec3 = load.impulses.iter().sum();
         // Seen: 2e-6 of the impulse.
         assert!(sum.distance(block.velocity * mass) < 1e-4 * sum.length(), "{sum}");
@@ -337,7 +341,7 @@ mod tests {
         };
         let contacts: Vec<FitContact> = (0..32).map(point).collect();
         let pairs = [FitPair { bodies: [0, 1], contacts: 0..32, lever: 0.0 }];
-        let load = share_load(&[cup, floor()], (&contacts, &[]), &pairs);
+        let load = share_load(&[cup, floor()], (&contacts, &[]), &pairs, EXPLAINED);
         let share = 0.06 * 0.3 / 32.0;
         let off = load.impulses.iter().map(|j| j.distance(DVec3::Y * share) / share).fold(0.0, f64::max);
         // Seen: 5e-7; sweeps over the points, each in turn, gave 0.92.
@@ -358,7 +362,7 @@ mod tests {
         let contact = FitContact { bodies: [0, 1], point: DVec3::ZERO, normal: DVec3::Y, friction: 0.3 };
         let load = |lever: f64| {
             let pairs = [FitPair { bodies: [0, 1], contacts: 0..1, lever }];
-            share_load(&[ball, floor()], (&[contact], &[]), &pairs)
+            share_load(&[ball, floor()], (&[contact], &[]), &pairs, EXPLAINED)
         };
         // The point of contact stays at rest: without a couple nothing brakes it.
         assert!(load(0.0).impulses[0].x.abs() < 1e-9 * mass);
@@ -374,7 +378,7 @@ mod tests {
     fn points_without_mass_or_load_take_nothing() {
         let contact = FitContact { bodies: [0, 1], point: DVec3::ZERO, normal: DVec3::Y, friction: 0.3 };
         let pairs = [FitPair { bodies: [0, 1], contacts: 0..1, lever: 1.0 }];
-        let load = share_load(&[floor(), floor()], (&[contact], &[]), &pairs);
+        let load = share_load(&[floor(), floor()], (&[contact], &[]), &pairs, EXPLAINED);
         assert_eq!((load.impulses[0], load.couples[0], load.residual), (DVec3::ZERO, DVec3::ZERO, 0.0));
     }
 }

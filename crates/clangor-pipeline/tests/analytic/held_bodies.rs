@@ -58,6 +58,29 @@ fn analytic_what_comes_to_rest_has_the_impulse_of_its_speed() {
     }
 }
 
+/// Neither two corners with a friction that nothing shows, nor the one that was found first.
+#[test]
+fn analytic_a_tile_that_lands_flat_has_four_equal_corners() {
+    let tile = block("0.1x0.008x0.1");
+    let (instant, before, after) = (0.4567, -2.0, 0.6);
+    for rate in RATES {
+        let recorded = sampled(0, rate, None, |t| {
+            let (since, speed) = (t - instant, if t < instant { before } else { after });
+            Pose::at(DVec3::Y * (0.004 + speed * since - 0.5 * G * since * since))
+        });
+        let found = find_impacts(&world(vec![tile.clone()]), &[recorded], 0.05);
+        let rows = impacts(&found.contacts);
+        let first: Vec<_> = rows.iter().filter(|row| row.impact_id == rows[0].impact_id).collect();
+        assert_eq!(first.len(), 4, "{rate} Hz: {first:?}");
+        for row in first {
+            let off = 4.0 * row.impulse_n / (tile.mass * (after - before)) - 1.0;
+            println!("{rate} Hz: {off:.1e}, across {:.1e}", row.impulse_t.length() / row.impulse_n);
+            assert!(off.abs() < 1e-6, "{rate} Hz: {off}");
+            assert!(row.impulse_t.length() < 1e-6 * row.impulse_n, "{rate} Hz: {:?}", row.impulse_t);
+        }
+    }
+}
+
 /// A hammer turns in flight and lands flat: its parts neither hit each other nor does their circling around
 /// the common centre seem a force.
 #[test]

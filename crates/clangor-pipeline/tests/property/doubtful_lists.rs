@@ -82,6 +82,6 @@ fn property_noise_that_hides_impacts_is_named() {
         println!("{noise}: {said}");
         assert_eq!(said.contains("hides impacts below"), is_named, "{noise}: {said}");
         // Seen: 0.463 mm for half a millimetre, 5.67 m/s.
-        assert_eq!(said.contains("with every 8th frame alone"), is_named, "{noise}: {said}");
+        assert_eq!(said.contains("with one frame of 8 alone"), is_named, "{noise}: {said}");
     }
 }

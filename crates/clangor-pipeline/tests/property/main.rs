@@ -32,6 +32,7 @@ mod modal_cache;
 mod mode_plot;
 mod model_options;
 mod motion_input;
+mod noisy_motion;
 mod quiet_end;
 mod recorded_motion;
 mod recorded_overlaps;

@@ -16,11 +16,12 @@
 //! Frames below 600 Hz are too long to tell gaps of micrometres, and have in one jump what the slaps of a
 //! body that lands almost flat give one after the other. There the gap closes by the approach V in a short time:
 //! g − g₀ < V T. Where the centre of the pressure is an edge or a corner, the least Σ |j|² leaves the impulse
-//! there whatever lies around it.
+//! there whatever lies around it. Impacts of several pairs at once keep the fewest points there.
 //!
 //! It is not the distribution of the real pressure, which poses do not tell; the renderer solves the contact
 //! at these points.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use clangor_core::contact::touching::{Spread, Touch as Touching, touching};
@@ -29,7 +30,7 @@ use glam::DVec3;
 
 use super::{Event, Scene, Search, fit_bodies};
 use crate::motion::impulse_fit::FitContact;
-use crate::motion::lasting_fit::{FitPair, share_load};
+use crate::motion::lasting_fit::{EXPLAINED_OF_IMPACT, FitPair, share_load};
 
 /// β. The points that simulations of coins and dice write fit ⅔: several are stiffer than the one whose
 /// approach is d. On meshes with a vertex per millimetre of a rim, whose gaps are known less well, ¼ gives
@@ -43,12 +44,18 @@ const SLAPS: f64 = 3e-4;
 const ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
 /// Least w of a point that takes part.
 const LEAST_SHARE: f64 = 1e-3;
-/// Share of the energy of the jumps that may be explained less.
+/// Share of the energy of the jumps that may be explained less; in long frames, where the fit has several
+/// impacts as one, less than that.
 const AS_MUCH: f64 = 0.005;
+const AS_MUCH_IN_LONG: f64 = 1e-4;
 
 impl Event {
     /// Shares the impulses of each pair of bodies among the points that the contact closes.
     pub(super) fn share(&mut self, scene: &Scene<'_>, search: Search) {
+        // What several pairs give each other within a long frame, fewest points say best.
+        if self.is_coarse() && self.pushing_pairs() > 1 {
+            return;
+        }
         let mut kept: Vec<(usize, f64)> = Vec::new();
         let mut pairs: Vec<FitPair> = Vec::new();
         let mut from = 0;
@@ -67,8 +74,10 @@ impl Event {
         }
         let contacts: Vec<FitContact> = kept.iter().map(|(index, _)| self.points[*index].0).collect();
         let shares: Vec<f64> = kept.iter().map(|(_, share)| *share).collect();
-        let shared = share_load(&fit_bodies(&self.members, search), (&contacts, &shares), &pairs);
-        if shared.residual <= self.residual + AS_MUCH {
+        let bodies = fit_bodies(&self.members, search);
+        let shared = share_load(&bodies, (&contacts, &shares), &pairs, EXPLAINED_OF_IMPACT);
+        let as_much = if self.is_coarse() { AS_MUCH_IN_LONG } else { AS_MUCH };
+        if shared.residual <= self.residual + as_much {
             self.impulses.fill(DVec3::ZERO);
             for ((index, _), impulse) in kept.into_iter().zip(shared.impulses) {
                 self.impulses[index] = impulse;
@@ -110,6 +119,13 @@ impl Event {
     /// How much wider the gaps are that slaps of the same impact close in long frames \[m\].
     fn slapped_gap(&self, strongest: usize) -> f64 {
         if self.is_coarse() { SLAPS * self.approach_at(strongest).max(0.0) } else { 0.0 }
+    }
+
+    /// Number of pairs of bodies that push each other.
+    fn pushing_pairs(&self) -> usize {
+        let pushing = self.points.iter().zip(&self.impulses);
+        let pushing = pushing.filter(|(_, impulse)| impulse.length_squared() > 0.0);
+        pushing.map(|((contact, _), _)| contact.bodies).collect::<BTreeSet<_>>().len()
     }
 
     /// Whether the frames are too long to tell which points the contact closes.

@@ -129,7 +129,7 @@ impl Event {
     }
 
     /// Whether the frames are too long to tell which points the contact closes.
-    fn is_coarse(&self) -> bool {
+    pub(super) fn is_coarse(&self) -> bool {
         let spans = self.members.iter().filter_map(|member| member.window).map(|window| window.span);
         spans.fold(0.0, f64::max) > LONGEST
     }

@@ -137,12 +137,14 @@ impl Event {
         let along = fall * strongest.normal.dot(scene.world.gravity.normalize_or_zero()).abs();
         let least = if a.is_supported && b.is_supported { v_min + along } else { v_min };
         // At a wrong instant the place of a turning body may recede: its impulse says how fast it met.
-        let needed = scene.approach_of(&strongest, [&a, &b]);
+        let of_strongest = scene.approach_of(&strongest, [&a, &b]);
+        let given = of_strongest * pushes.iter().map(strength).sum::<f64>() / strength(&strongest);
+        // In long frames the points share one impulse.
+        let needed = if self.is_coarse() { given } else { of_strongest };
         let uncertain = scene.uncertain_speed(&a).max(scene.uncertain_speed(&b));
         let is_fast = pushes.iter().map(approach).fold(0.0, f64::max) >= least;
         let is_missed = needed >= least && approach(&strongest) + uncertain >= least;
         // Far less than an impact at the threshold gives is what the fit of another impact leaves.
-        let given = needed * pushes.iter().map(strength).sum::<f64>() / strength(&strongest);
         let hits = (is_missed || is_fast) && given >= GIVEN * v_min;
         if is_missed && !is_fast {
             pushes[place].approach = Some(needed);

@@ -310,11 +310,15 @@ fn pulse(
         Some(own) => recorded_contact_forces(&impact, own, modes, forces, solver)?,
         None => contact_forces(&impact, modes, forces, solver)?,
     };
-    // Where they approach fastest: a body that tips over has points that hardly move.
-    let fastest = rows.iter().filter(|r| r.time == time);
-    let fastest = fastest.max_by(|a, b| a.approach_speed().total_cmp(&b.approach_speed()));
-    let velocity_before = relative(fastest.map_or(point, |row| row.point));
+    let velocity_before = relative(fastest_place(rows, time).unwrap_or(point));
     Ok(Ok(pulses.into_iter().map(|pulse| ImpactPulse { velocity_before, ..pulse }).collect()))
+}
+
+/// Where the surfaces of an impact approach fastest at an instant \[s\]: a body that tips over has points
+/// that hardly move.
+fn fastest_place(rows: &[ContactRow], time: f64) -> Option<DVec3> {
+    let now = rows.iter().filter(|row| row.time == time);
+    now.max_by(|a, b| a.approach_speed().total_cmp(&b.approach_speed())).map(|row| row.point)
 }
 
 /// The sides with the factor of their joints that the effective masses of the rows give. Some row pushes.

@@ -54,8 +54,8 @@ fn mistakes_are_told_by_line_and_column() {
         ("a,b\n".to_string(), "line 1: column a is unknown"),
         (
             head.replacen("t,", "Time,", 1),
-            "line 1: column Time is unknown; docs/format/timeline.md lists the columns; if Time is meant as t, \
-             rename it",
+            "line 1: column Time is unknown; docs/format/timeline.md lists the columns; if Time is meant as \
+             t, rename it",
         ),
         (head.replace("impulse_n", "Impulse_N"), "lists the columns; rename Impulse_N to impulse_n"),
         (head.replace("speed", "sped"), "lists the columns; if sped is meant as speed, rename it"),

@@ -68,6 +68,6 @@ fn property_rounded_positions_are_noisy_and_repeated_poses_are_told() {
     assert!(off.abs() < 0.15, "{off}");
     // Drawn on twos.
     let (_, summary) = imported(48.0, |t| bounces((t * 24.0 + 1e-9).floor() / 24.0), || 0.0);
-    let told = summary.notices.iter().chain(&summary.warnings).any(|notice| notice.contains("repeat"));
-    assert!(told, "{:?} {:?}", summary.notices, summary.warnings);
+    let is_named = summary.notices.iter().chain(&summary.warnings).any(|notice| notice.contains("repeat"));
+    assert!(is_named, "{:?} {:?}", summary.notices, summary.warnings);
 }

@@ -14,9 +14,9 @@
 //! than a single one.
 //!
 //! Frames below 600 Hz are too long to tell gaps of micrometres, and have in one jump what the slaps of a
-//! body that lands almost flat give one after the other. There the gap closes by the approach V in a short time:
-//! g − g₀ < V T. Where the centre of the pressure is an edge or a corner, the least Σ |j|² leaves the impulse
-//! there whatever lies around it. Impacts of several pairs at once keep the fewest points there.
+//! body that lands almost flat give one after the other. There the gap closes by the approach V in a short
+//! time: g − g₀ < V T. Where the centre of the pressure is an edge or a corner, the least Σ |j|² leaves the
+//! impulse there whatever lies around it. Impacts of several pairs at once keep the fewest points there.
 //!
 //! It is not the distribution of the real pressure, which poses do not tell; the renderer solves the contact
 //! at these points.

@@ -85,6 +85,7 @@ fn a_perforated_plate_rings_as_in_fitted_hexahedra() {
     for (mode, reference) in found.modes.iter().zip(reference) {
         let error = mode.frequency / reference - 1.0;
         println!("{:.2} Hz of {reference}: {error:+.1e}, stated {:.1e}", mode.frequency, mode.mesh_error);
+        // Seen: 7.3e-4.
         assert!(error.abs() < 0.01, "{} of {reference}", mode.frequency);
     }
 }

@@ -108,7 +108,7 @@ impl FreeFalls {
         let mut widest = None;
         self.frames += 1;
         for (place, stride) in STRIDES.into_iter().enumerate() {
-            // A division by a power of two, which the compiler does not see.
+            // Whether the distance divides the number: without a division, as it is a power of two.
             if newest & (stride - 1) != 0 {
                 break;
             }

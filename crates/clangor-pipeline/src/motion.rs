@@ -7,6 +7,7 @@
 //! | `kinematics` | velocities between frames, their jumps beyond gravity, and free flight continued past a
 //! frame |
 //! | `jump_windows` | which jumps belong to one impact, and its instant between two frames |
+//! | `soft_contacts` | pushes over many frames, of engines whose contacts give way, as one jump |
 //! | `parts_of_one` | the same for a part of a larger thing |
 //! | `touch` | a point where two surfaces touch |
 //! | `touching` | where two surfaces touch, with normal and gap |
@@ -17,6 +18,7 @@
 //! | `led_bodies` | bodies that a hand or a joint leads |
 //! | `impacts` | contact rows of a recording, by the modules above |
 //! | `pose_noise` | noise of positions, measured from the frames |
+//! | `straight_keys` | poses on lines between keys |
 //! | `lasting_jumps` | what a body does beyond gravity and impacts: rest, and forces without noise |
 //! | `lasting_fit` | impulses of lasting contacts, shared by all points that touch |
 //! | `lasting_contacts` | rows of lasting contact, by the modules above |
@@ -31,12 +33,14 @@
 //! | `list_clock` | times of a list that are probably no seconds |
 //! | `nested_bodies` | bodies that lie deep in each other over several frames |
 //! | `repeated_contacts` | contacts that lists have twice |
+//! | `contact_steps` | contacts that lists give at each step of an engine |
 //! | `contact_checks` | contacts that another program recorded, against surfaces, masses and speeds |
 
 mod area_corners;
 mod ball_pairs;
 mod cone_faces;
 pub mod contact_checks;
+pub(crate) mod contact_steps;
 mod coordinate_rounding;
 mod edge_touches;
 pub(crate) mod fall_units;
@@ -65,6 +69,8 @@ pub(crate) mod quaternion_order;
 pub mod recording;
 pub(crate) mod repeated_contacts;
 mod repeated_poses;
+pub(crate) mod soft_contacts;
+mod straight_keys;
 pub(crate) mod sunk_bodies;
 mod touch;
 mod touching;

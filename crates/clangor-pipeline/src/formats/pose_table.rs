@@ -92,7 +92,11 @@ pub enum PoseTableError {
     /// A value that is no finite number.
     #[error(
         "{path}, body {body}, row {row}: {column} is {text}, not a finite number{}",
-        remedy(column, text)
+        match text {
+            text if column != "t" && text.eq_ignore_ascii_case("nan") =>
+                "; leave out the rows in which the body was not seen",
+            text => remedy(column, text),
+        }
     )]
     NotANumber {
         /// The file.

@@ -14,6 +14,7 @@ use crate::formats::glb::{GlbError, GlbSummary, write_glb};
 use crate::formats::named_bodies::NamedBodies;
 use crate::formats::timeline_file::{TimelineError, TimelineReader, TimelineSummary, TimelineWriter};
 use crate::motion::contact_checks::{ContactFault, check_contacts, no_contacts, time_outside};
+use crate::motion::contact_steps::contact_steps;
 use crate::motion::list_clock::long_clock;
 use crate::motion::recording::MAX_TIME;
 use crate::motion::repeated_contacts::RepeatedContacts;
@@ -142,13 +143,15 @@ pub fn import_contacts(
     };
     let lines: Vec<usize> = rows.iter().map(|listed| listed.line).collect();
     let twice = RepeatedContacts::default().look(list, &rows);
+    let steps = contact_steps(&loaded.world, &rows);
     let long = long_clock(&rows, loaded.scene.simulation.duration);
     let empty = rows.is_empty().then(|| no_contacts(list));
     let (rows, notices) = check_contacts(&loaded.world, rows, &pose_of)
         .map_err(|fault| InterchangeError::Contact { path: list.into(), fault })?;
     let mut notices: Vec<String> = notices.iter().map(ToString::to_string).collect();
     let warnings = long.map(|notice| notice.to_string()).into_iter();
-    let warnings = warnings.chain(twice.map(|notice| notice.to_string())).chain(empty).collect();
+    let warnings = warnings.chain(twice.map(|notice| notice.to_string()));
+    let warnings = warnings.chain(steps.map(|notice| notice.to_string())).chain(empty).collect();
     let duration = rows.last().map_or(0.0, |r| r.time).max(loaded.scene.simulation.duration);
     let header = imported_header(loaded, loaded.world.clone(), "contact list", duration, None);
     let has_effective_mass = rows.iter().any(|row| row.effective_mass.is_some());

@@ -92,6 +92,12 @@ pub struct FoundImpacts {
     pub untouched: u64,
     /// Body and time \[s\] of the first of them.
     pub first_untouched: Option<(BodyId, f64)>,
+    /// Pushes over several frames that are taken as one impact.
+    pub soft: u64,
+    /// Longest time of one \[s\].
+    pub longest_soft: f64,
+    /// Body and time \[s\] of the first.
+    pub first_soft: Option<(BodyId, f64)>,
 }
 
 impl FoundImpacts {
@@ -100,10 +106,31 @@ impl FoundImpacts {
         self.confidence.extend(rows.confidence.values());
         self.untouched += rows.untouched.len() as u64;
         self.first_untouched = self.first_untouched.or(rows.untouched.first().copied());
+        self.soft += rows.soft.len() as u64;
+        self.longest_soft = rows.soft.iter().map(|push| push.length).fold(self.longest_soft, f64::max);
+        self.first_soft = self.first_soft.or(rows.soft.first().map(|push| (push.body, push.time)));
     }
 
-    /// A notice of jumps without contact.
-    fn remark(&self, world: &World) -> Option<String> {
+    /// Notices of soft contacts, and of jumps without contact.
+    fn remarks(&self, world: &World) -> impl Iterator<Item = String> {
+        self.remark_on_soft(world).into_iter().chain(self.remark_on_untouched(world))
+    }
+
+    fn remark_on_soft(&self, world: &World) -> Option<String> {
+        let (body, time) = self.first_soft?;
+        let pushes = match self.soft {
+            1 => "1 impact is".into(),
+            count => format!("{count} impacts are"),
+        };
+        let (name, longest) = (name_of(world, body), 1e3 * self.longest_soft);
+        Some(format!(
+            "{pushes} a push over several frames, up to {longest:.0} ms long, the first on {name} at \
+             t = {time:.4} s: each is taken as one impulse at its beginning; stiffer contacts of the engine, \
+             poses without a smoothing filter, or a contact list with the impulses are more exact"
+        ))
+    }
+
+    fn remark_on_untouched(&self, world: &World) -> Option<String> {
         let (body, time) = self.first_untouched?;
         let jumps = match self.untouched {
             1 => "1 jump of the motion touches nothing and is silent: that".into(),
@@ -171,7 +198,7 @@ fn import_in_memory(
         let rows = search.search(&world, &recorded, loaded.scene.simulation.v_min, part);
         let mut summary = FoundImpacts::default();
         summary.extend(&rows);
-        remarks.extend(summary.remark(&world));
+        remarks.extend(summary.remarks(&world));
         remarks.extend(search.sunk.notices(&world).iter().map(ToString::to_string));
         remarks.extend(search.open_joints.notices(&world).iter().map(ToString::to_string));
         remarks.extend(search.nested.notices(&world).iter().map(ToString::to_string));

@@ -18,6 +18,7 @@ use std::path::Path;
 
 use clangor_core::body::{Body, BodyId, Motion, Surface, World};
 use clangor_core::pose::Pose;
+use clangor_core::quantity::{readable, readable_length, rounded};
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
@@ -28,6 +29,8 @@ use crate::formats::contact_list::ListedContact;
 const ON_SURFACE: (f64, f64) = (0.02, 1e-4);
 /// The same for a plane, from which a contact belongs to it; the share is that of the other body.
 const ON_PLANE: (f64, f64) = (0.1, 1e-3);
+/// Depth in a half-space, over the bounding radius of the smaller body, up to which a contact belongs there.
+const DEEPEST: f64 = 2.0;
 /// Cosine of the angle of the two normals within which a contact is one with the plane.
 const ALONG: f64 = 0.9;
 /// Cosine from which on a normal points into a plane: those of edges lie across it.
@@ -93,8 +96,8 @@ pub enum ContactFault {
     },
     /// A point that is nowhere near a body.
     #[error(
-        "row {row}: the point is {distance} m off the surface of {body} at that time; the smaller body is \
-         {size} m in radius"
+        "row {row}: the point is {} off the surface of {body} at that time; the smaller body is {} in radius",
+        readable_length(*distance), readable_length(*size)
     )]
     FarOff {
         /// Line of a text, row of a Parquet file.
@@ -108,8 +111,10 @@ pub enum ContactFault {
     },
     /// An impulse that nothing can give.
     #[error(
-        "row {row}: impulse_n on {body} is {impulse} N s; the bodies could give no more than \
-         {possible} N s at the speeds of this list, with a wide margin"
+        "row {row}: impulse_n on {body} is {} N s; the bodies could give no more than {} N s at the speeds \
+         of this list, with a wide margin; multiply forces in newtons by the time in which they act (the \
+         step of the engine)",
+        readable(rounded(*impulse, 4)), readable(rounded(*possible, 2))
     )]
     TooStrong {
         /// Line of a text, row of a Parquet file.
@@ -165,8 +170,9 @@ pub enum ContactNotice {
     },
     /// Points that were moved to a surface.
     #[error(
-        "{} off the surface of {body} and moved onto it; the farthest, in row {row}, by {distance} m",
-        match count { 1 => "1 point was".into(), count => format!("{count} points were") }
+        "{} off the surface of {body} and moved onto it; the farthest, in row {row}, by {}",
+        match count { 1 => "1 point was".into(), count => format!("{count} points were") },
+        readable_length(*distance)
     )]
     Moved {
         /// How many.
@@ -288,7 +294,9 @@ impl<'a> ContactChecks<'a> {
             let Some(body) = world.bodies.get(id.index()) else { continue };
             let Some(pose) = pose_of(id, row.time) else { continue };
             let Some((distance, place)) = off_surface(body, pose, row.point) else { continue };
-            if distance > size {
+            // Soft contacts of engines lie deep in what gives way.
+            let most = if matches!(*body.surface, Surface::HalfSpace) { DEEPEST * size } else { size };
+            if distance > most {
                 return Err(ContactFault::FarOff { row: number, body: body.name.clone(), distance, size });
             }
             if is_repeated {
@@ -451,7 +459,12 @@ fn plane_at(world: &World, row: &ContactRow) -> Option<BodyId> {
     let faces = |body: &Body| upward(body).dot(row.normal) > ALONG;
     let planes = world.bodies.iter().enumerate().filter(|(_, body)| body.surface.is_plane() && faces(body));
     let nearest = planes.min_by(|(_, a), (_, b)| height(a).total_cmp(&height(b)));
-    nearest.filter(|(_, plane)| height(plane) <= within).map(|(index, _)| BodyId(index as u32))
+    let overlaps = |plane: &Body| {
+        let is_solid = matches!(*plane.surface, Surface::HalfSpace);
+        is_solid && (-DEEPEST * size..=0.0).contains(&plane.pose.body_from_world(row.point).y)
+    };
+    let lies_on = |(_, plane): &(usize, &Body)| height(plane) <= within || overlaps(plane);
+    nearest.filter(lies_on).map(|(index, _)| BodyId(index as u32))
 }
 
 /// Distance from the surface of a body of a bounding radius that is taken for rounding \[m\].

@@ -17,6 +17,7 @@ use super::pose_noise::PoseNoise;
 use super::quaternion_order::QuaternionOrder;
 use super::recording::{Frame, MAX_TIME, RecordingError, RecordingNotice};
 use super::repeated_poses::RepeatedPoses;
+use super::straight_keys::StraightKeys;
 
 /// How far the length of a quaternion may be from 1; it is made 1.
 const UNIT_TOLERANCE: f64 = 0.01;
@@ -67,6 +68,7 @@ pub(crate) struct FrameChecks {
     noise: PoseNoise,
     rounding: CoordinateRounding,
     repeated: RepeatedPoses,
+    straight: StraightKeys,
     order: Option<QuaternionOrder>,
 }
 
@@ -98,6 +100,7 @@ impl FrameChecks {
             noise: PoseNoise::new(),
             rounding: CoordinateRounding::default(),
             repeated: RepeatedPoses::default(),
+            straight: StraightKeys::default(),
             order: None,
         }
     }
@@ -156,6 +159,7 @@ impl FrameChecks {
                 }
             }
             if let Some((earlier, before)) = self.interval.replace((velocity, span)) {
+                self.straight.push([earlier, velocity], last.row);
                 self.count_fall((velocity - earlier) / (0.5 * (before + span)));
                 self.rounding.push(frame.pose.position, (velocity - earlier).length() * span);
             }
@@ -186,7 +190,7 @@ impl FrameChecks {
             span: to.time - from.time,
             speed,
             unit: self.unit_of_fall(last, frame),
-            repeats: self.repeated.found().is_some(),
+            repeats: self.repeated_poses().is_some(),
         };
         let [middle, earlier] = self.speeds;
         if let Some(before) = &self.before
@@ -207,6 +211,12 @@ impl FrameChecks {
         let known = unit_of_body(&self.free_falls, self.gravity.length(), self.units);
         let of_frames = || unit_of_frames([self.before.as_ref()?, last, frame], self.gravity, self.units);
         known.filter(LikelyUnit::makes_faster).or_else(of_frames)
+    }
+
+    /// How many poses repeat the one before, and the row of the first. Rounded positions repeat where a body
+    /// is slow.
+    fn repeated_poses(&self) -> Option<(u64, u64)> {
+        self.repeated.found().filter(|_| self.rounding.deviation() == 0.0)
     }
 
     /// Counts an acceleration [m/s²].
@@ -233,11 +243,13 @@ impl FrameChecks {
         let noisy = RecordingNotice::Noisy { body: name.into(), noise, hidden, every };
         let scalar_first = self.order.and_then(|order| order.scalar_first());
         let order = RecordingNotice::ScalarFirst { body: name.into(), row: scalar_first.unwrap_or(0) };
-        // Rounded positions repeat where a body is slow.
-        let repeated = self.repeated.found().filter(|_| self.rounding.deviation() == 0.0);
-        let (count, first) = repeated.unwrap_or_default();
+        let (count, first) = self.repeated_poses().unwrap_or_default();
         let repeated = RecordingNotice::Repeated { body: name.into(), count, row: first };
+        let straight = self.straight.found();
+        let (every, first) = straight.unwrap_or_default();
+        let keys = RecordingNotice::StraightKeys { body: name.into(), every, row: first };
         let found = [
+            (straight.is_some(), keys),
             (scalar_first.is_some(), order),
             (count > 0, repeated),
             (longest > UNEVEN * shortest, uneven),

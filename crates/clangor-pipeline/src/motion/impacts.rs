@@ -23,6 +23,7 @@ mod releases;
 mod rolling;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 use clangor_core::body::{Body, BodyId, Motion, World};
@@ -39,6 +40,7 @@ use super::kinematics::{Inertia, Kinematics, State};
 use super::neighbours::Neighbours;
 use super::parts_of_one::windows_of_part;
 use super::recording::RecordedBody;
+use super::soft_contacts::SoftPush;
 use super::touch::Touch;
 use super::touching::SampledSurface;
 
@@ -64,6 +66,8 @@ pub struct MotionImpacts {
     pub confidence: BTreeMap<u64, f64>,
     /// Jumps of bodies that touch nothing at that time: body and time \[s\].
     pub untouched: Vec<(BodyId, f64)>,
+    /// Pushes over several frames that are taken as one impact, in order of time.
+    pub soft: Vec<SoftPush>,
 }
 
 /// Finds the impacts of recorded bodies of a world, which are [`Motion::Free`] there; `v_min` is the approach
@@ -86,7 +90,7 @@ pub(super) fn find_impacts_in_noise(
     for (kinematics, noise) in scene.kinematics.iter_mut().zip(noise) {
         kinematics.iter_mut().for_each(|kinematics| kinematics.set_noise(noise.min(quietest)));
     }
-    let mut found = MotionImpacts::default();
+    let mut found = MotionImpacts { soft: scene.soft_pushes(), ..MotionImpacts::default() };
     scene.find_how_bodies_start(recorded, v_min, noise);
     let mut events = scene.clean_events(recorded, v_min, noise);
     let windows = scene.windows_in_order(recorded, v_min, noise);
@@ -210,6 +214,22 @@ impl<'a> Scene<'a> {
         let windows = vec![Vec::new(); world.bodies.len()];
         let joined = JoinedBodies::of(world);
         Scene { world, surfaces, kinematics, neighbours, joined, groups, windows }
+    }
+
+    /// The soft pushes of all bodies, in order of time.
+    fn soft_pushes(&self) -> Vec<SoftPush> {
+        let of_body = |(index, kinematics): (usize, &Option<Kinematics<'_>>)| {
+            let Some(Kinematics { soft, frames, .. }) = kinematics else { return Vec::new() };
+            let body = BodyId(index as u32);
+            let push = |of: &Range<usize>| {
+                let [time, end] = [of.start - 1, of.end].map(|k| frames[k].time);
+                SoftPush { body, time, length: end - time }
+            };
+            soft.iter().map(push).collect()
+        };
+        let mut all: Vec<SoftPush> = self.kinematics.iter().enumerate().flat_map(of_body).collect();
+        all.sort_by(|a, b| a.time.total_cmp(&b.time));
+        all
     }
 
     /// Whether an impact is the end of the keys of its body.

@@ -13,10 +13,13 @@
 //! Before the first frame there is no velocity. A body that is released at rest there has
 //! Δv₀ = v₀ − g h/2 and ΔL₀ = L₀, which are zero unless something hits it in its first frame.
 
+use std::ops::Range;
+
 use clangor_core::pose::Pose;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::recording::Frame;
+use super::soft_contacts::{gathered, soft_pushes};
 
 /// Steps of the rotation over one continued frame.
 const ROTATION_STEPS: u32 = 8;
@@ -126,8 +129,10 @@ pub(super) struct Kinematics<'a> {
     pub(super) frames: &'a [Frame],
     pub(super) inertia: Inertia,
     pub(super) intervals: Vec<Interval>,
-    /// One for each frame; zero at the first and the last.
+    /// One for each frame; zero at the first and the last. Soft pushes are one jump (`soft_contacts`).
     pub(super) jumps: Vec<Jump>,
+    /// The frames of pushes that are taken as one jump, in order.
+    pub(super) soft: Vec<Range<usize>>,
     /// What impacts that are found have not yet explained of the jumps.
     pub(super) left: Vec<Jump>,
     /// Jump at the first frame of a body that is released at rest there.
@@ -151,6 +156,12 @@ impl<'a> Kinematics<'a> {
             let orientation = frames[k + 1].pose.orientation;
             jumps[k + 1] = inertia.jump((velocity, angular_momentum), orientation, span);
         }
+        let soft = soft_pushes(&jumps, inertia.gravity);
+        for push in soft.iter().cloned() {
+            for (k, change) in push.clone().zip(gathered(&jumps, push, inertia.gravity)) {
+                jumps[k] = inertia.jump(change, frames[k].pose.orientation, jumps[k].span);
+            }
+        }
         let release = intervals.first().map_or_else(Jump::default, |first| {
             let span = 0.5 * first.length;
             let velocity = first.velocity - inertia.gravity * span;
@@ -160,7 +171,7 @@ impl<'a> Kinematics<'a> {
         let last_key = frames.len().saturating_sub(1 + held.count());
         let left = jumps.clone();
         let (start, noise) = (Start::Unknown, 0.0);
-        Kinematics { frames, inertia, intervals, jumps, left, release, start, last_key, noise }
+        Kinematics { frames, inertia, intervals, jumps, soft, left, release, start, last_key, noise }
     }
 
     /// The same where the deviation of Δv on one axis is noise [m/s].

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Looked at are free bodies without links and supports whose impacts lie in one interval, with none in those
-//! beside it, where nothing lasts. A unit or a mass that is wrong shows in the ratio. Not a check of the
+//! beside it, where nothing lasts; and not those of soft contacts, which push for longer. A unit or a mass that is wrong shows in the ratio. Not a check of the
 //! share that each of several points has.
 
 use clangor_core::body::{BodyId, Motion, World};
@@ -17,6 +17,9 @@ use super::recording::{Frame, RecordedBody};
 
 /// Largest difference of the two, as a share of the larger.
 const DIFFERENT: f64 = 0.5;
+
+/// Part of the jump beyond the weight that shows that a push goes on.
+const GOES_ON: f64 = 0.1;
 
 /// Impacts of one body whose impulses are not those of its motion.
 #[derive(Clone, Copy, Debug, Default)]
@@ -127,6 +130,15 @@ fn compare(
     let ((before, start), (after, end)) = (mean(a, b), mean(c, d));
     let (mass, gravity) = (world.bodies[body.index()].mass, world.gravity);
     let moved = mass * (after - before - gravity * (end - start));
+    // A push that goes on in the next interval is not over.
+    if let Some(next) = frames.get(impacts.interval + 3) {
+        let (later, time) = mean(d, next);
+        let goes_on = mass * (later - after - gravity * (time - end)).length();
+        let weight = mass * gravity.length() * (time - end);
+        if goes_on > GOES_ON * moved.length() + 2.0 * weight {
+            return None;
+        }
+    }
     let on_body = |row: &&ContactRow| {
         let impulse = row.normal * row.impulse_n + row.impulse_t;
         if row.body_a == body { impulse } else { -impulse }

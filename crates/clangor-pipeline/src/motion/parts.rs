@@ -99,10 +99,10 @@ impl PartSearch {
         v_min: f64,
         part: Part,
     ) -> MotionImpacts {
-        self.sunk.look(world, recorded);
+        let found = find_impacts_in_noise(world, recorded, v_min, &self.noise);
+        self.sunk.look(world, recorded, &found.soft);
         self.nested.look(world, recorded);
         self.open_joints.look(world, recorded);
-        let found = find_impacts_in_noise(world, recorded, v_min, &self.noise);
         let mut joint = f64::NEG_INFINITY;
         let mut rows = MotionImpacts::default();
         if let Some(tail) = self.tail.take() {
@@ -141,6 +141,7 @@ impl PartSearch {
         rows.confidence.extend(numbers.into_iter().filter_map(confidence));
         rows.states.extend_from_slice(&found.states);
         rows.untouched.extend_from_slice(&found.untouched);
+        rows.soft.extend_from_slice(&found.soft);
     }
 }
 
@@ -173,6 +174,7 @@ fn between(found: &MotionImpacts, from: f64, to: f64) -> MotionImpacts {
         contacts,
         states: rows_between(&found.states, |row| row.time, from, to).to_vec(),
         untouched: rows_between(&found.untouched, |(_, time)| *time, from, to).to_vec(),
+        soft: rows_between(&found.soft, |push| push.time, from, to).to_vec(),
     }
 }
 

@@ -102,7 +102,7 @@ pub enum RecordingError {
     /// Times that do not rise.
     #[error(
         "body {body}, row {row}: t = {time} s comes after t = {before} s; the frames of a body need rising \
-         times, from one clock"
+         times, from one clock: sort the rows by t"
     )]
     Order {
         /// The body.
@@ -115,7 +115,14 @@ pub enum RecordingError {
         before: f64,
     },
     /// A quaternion that is no rotation.
-    #[error("body {body}, row {row}: the orientation has length {length}, not 1")]
+    #[error(
+        "body {body}, row {row}: the orientation has length {}, not 1; {}",
+        number(*length),
+        match length {
+            length if *length == 0.0 => "a body that does not turn has x, y, z = 0 and w = 1",
+            _ => "divide the quaternion by its length",
+        }
+    )]
     NotUnit {
         /// The body.
         body: String,
@@ -164,7 +171,8 @@ fn number(value: f64) -> String {
 pub enum RecordingNotice {
     /// Distances of frames that differ.
     #[error(
-        "body {body}: frames are {shortest} s to {longest} s apart; impacts are less exact in the longer ones"
+        "body {body}: frames are {} s to {} s apart; impacts are less exact in the longer ones",
+        number(*shortest), number(*longest)
     )]
     Uneven {
         /// The body.
@@ -239,6 +247,20 @@ pub enum RecordingNotice {
         body: String,
         /// How many there are.
         count: u64,
+        /// Row of the first.
+        row: u64,
+    },
+    /// Poses on straight lines between keys.
+    #[error(
+        "body {body}: from row {row} on, it moves straight between every {every} poses, as between keys that \
+         are joined by lines; export the poses of the keys alone, or each key is a jump and an impact between \
+         two keys is cut in two"
+    )]
+    StraightKeys {
+        /// The body.
+        body: String,
+        /// Distance of the keys \[poses\].
+        every: u64,
         /// Row of the first.
         row: u64,
     },

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Impacts are found on surfaces that overlap a little; those of a body that lies deep in a floor, as by a
-//! mesh or a floor in the wrong place, may be missing or at the wrong time.
+//! mesh or a floor in the wrong place, may be missing or at the wrong time. Soft contacts
+//! ([`soft_contacts`](super)) overlap for a short time.
 //!
 //! Not for bodies inside of each other.
 
@@ -16,9 +17,12 @@ use clangor_core::body::{BodyId, Surface, World};
 use glam::DVec3;
 
 use super::recording::{Frame, RecordedBody};
+use super::soft_contacts::SoftPush;
 
 /// Depth that is reported: share of the bounding radius, and at least \[m\].
 const DEEP: (f64, f64) = (0.1, 1e-3);
+/// Time from the beginning of a soft push until a body lies on the surface, over that of the push.
+const RISES: f64 = 4.0;
 /// Most vertices of a surface that are looked at.
 const MOST_POINTS: usize = 500;
 
@@ -37,14 +41,21 @@ pub(crate) struct SunkNotice {
 }
 
 impl SunkBodies {
-    /// Looks at some frames; of each body and plane the deepest is kept.
-    pub(crate) fn look(&mut self, world: &World, recorded: &[RecordedBody]) {
+    /// Looks at some frames, but for those of soft pushes; of each body and plane the deepest is kept.
+    pub(crate) fn look(&mut self, world: &World, recorded: &[RecordedBody], soft: &[SoftPush]) {
         let half_spaces = |surface: &Surface| matches!(surface, Surface::HalfSpace);
         let planes: Vec<usize> =
             (0..world.bodies.len()).filter(|k| half_spaces(&world.bodies[*k].surface)).collect();
         for RecordedBody { body, frames, .. } in recorded {
             let Some(surface) = world.bodies.get(body.index()).map(|body| &*body.surface) else { continue };
             let radius = surface.bounding_radius();
+            let own: Vec<&SoftPush> = soft.iter().filter(|push| push.body == *body).collect();
+            let is_pushed = |frame: &Frame| {
+                own.iter().any(|push| {
+                    let since = frame.time - push.time;
+                    (0.0..RISES * push.length).contains(&since)
+                })
+            };
             for plane in &planes {
                 let pose = world.bodies[*plane].pose;
                 let (normal, least) = (pose.orientation * DVec3::Y, (DEEP.0 * radius).max(DEEP.1));
@@ -61,7 +72,7 @@ impl SunkBodies {
                     }
                     last = Reach { direction, length: reach(surface, direction) };
                     let depth = last.length - height;
-                    if depth > least {
+                    if depth > least && !is_pushed(frame) {
                         self.note([*body, BodyId(*plane as u32)], depth, frame);
                     }
                 }

@@ -135,6 +135,41 @@ fn analytic_every_pair_of_a_pile_passes_the_impact_on() {
     }
 }
 
+/// A ball that bounces on a pile of two blocks, of which the upper slides to the side.
+#[test]
+fn analytic_a_block_that_slides_passes_the_impact_on() {
+    const HEIGHT: f64 = 0.04;
+    let mesh = Shape::parse(&format!("box:0.06x{HEIGHT}x0.06")).unwrap().mesh();
+    let (surface, mass) = MeshSurface::try_new(mesh, Vec::new()).unwrap();
+    let surface = Arc::new(Surface::Mesh(surface));
+    let block = |k| Body::solid(format!("block{k}"), presets::WOOD.material(), Arc::clone(&surface), &mass);
+    let ball = Body::sphere("ball", presets::STEEL.material(), 0.015);
+    let momentum = 1.5 * SPEED * ball.mass;
+    let floor = Body::plane("floor", presets::GRANITE.material(), DVec3::ZERO, DVec3::Y);
+    let bodies = vec![block(0), block(1), ball, floor];
+    for rate in RATES {
+        for sliding in [0.007, 0.02, 0.05] {
+            let recorded = |k: u32| {
+                sampled(k, rate, move |t| match k {
+                    0 => DVec3::Y * (0.5 * HEIGHT),
+                    1 => DVec3::new(sliding * (t - INSTANT), 1.5 * HEIGHT, 0.0),
+                    _ => {
+                        let (since, speed) = (t - INSTANT, if t < INSTANT { -SPEED } else { 0.5 * SPEED });
+                        DVec3::Y * (2.0 * HEIGHT + 0.015 + speed * since + 0.5 * GRAVITY.y * since * since)
+                    }
+                })
+            };
+            let found = impacts(bodies.clone(), &(0..3).map(recorded).collect::<Vec<RecordedBody>>());
+            println!("{rate} Hz, {sliding} m/s: {found:?} of {momentum} N s");
+            assert_eq!(found.keys().copied().collect::<Vec<[u32; 2]>>(), [[0, 1], [0, 3], [1, 2]]);
+            for (pair, (impulse, _)) in found {
+                // Residual seen: 5e-15.
+                assert!((impulse / momentum - 1.0).abs() < 1e-6, "{pair:?}: {impulse}");
+            }
+        }
+    }
+}
+
 /// A door that hits a post, and whose lower edge touches the ground: what its hinge takes of the stop is not
 /// passed on.
 #[test]

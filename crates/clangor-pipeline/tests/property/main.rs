@@ -38,6 +38,7 @@ mod recorded_motion;
 mod recorded_overlaps;
 mod recorded_units;
 mod separated_values;
+mod soft_contacts;
 mod stations;
 mod timeline_file;
 mod timeline_forces;

@@ -14,6 +14,7 @@ use super::{MotionFiles, MotionImportError};
 use crate::formats::contact_list::{ListedContact, read_listed_contacts};
 use crate::formats::named_bodies::NamedBodies;
 use crate::motion::contact_checks::{ContactChecks, ContactFault, check_clock, no_contacts, time_outside};
+use crate::motion::contact_steps::contact_steps;
 use crate::motion::listed_impulses::ListedImpulses;
 use crate::motion::open_joints::are_closed;
 use crate::motion::recording::RecordedBody;
@@ -54,6 +55,8 @@ impl<'a> ListedContacts<'a> {
             read.warnings.extend(rows.is_empty().then(|| no_contacts(path)));
             let twice = repeated.look(path, &rows);
             read.warnings.extend(twice.map(|notice| format!("{}: {notice}", path.display())));
+            let steps = contact_steps(world, &rows);
+            read.warnings.extend(steps.map(|notice| format!("{}: {notice}", path.display())));
             let refused = |fault| MotionImportError::Contact { path: path.clone(), fault };
             files.axes.in_metres(&mut rows);
             for ListedContact { line, row, .. } in &mut rows {

@@ -94,7 +94,7 @@ pub(super) fn import_stream(
     writer.extend_to_latest();
     let found = match contacts {
         Contacts::Searched(search, found) => {
-            remarks.extend(found.remark(&world));
+            remarks.extend(found.remarks(&world));
             remarks.extend(search_remarks(&search, &world, (plan.part.to, joints)));
             Some(found)
         }

@@ -27,9 +27,11 @@ const SMALLEST_SHARE: f64 = 1e-4;
 const GIVEN: f64 = 0.5;
 /// Distance of points that are one contact, as a share of the smaller body.
 const MERGED: f64 = 0.075;
-/// Largest relative velocity of surfaces that rest on each other [m/s], and its part that gravity gives in a
-/// frame. What slides, turns or parts passes nothing on: what a fit says of it is uncertain.
+/// Largest relative velocity along the normal of surfaces that rest on each other [m/s], and its part that
+/// gravity gives in a frame; the same across it. What slides fast, turns or parts passes nothing on: what a
+/// fit says of it is uncertain.
 const RESTS: (f64, f64) = (0.006, 0.3);
+const SLIDES: f64 = 0.1;
 /// Least part of an impulse along which the one that causes it drives the body. A hinge or a wrong fit gives
 /// the rest of it.
 const DRIVEN: f64 = 0.3;
@@ -151,7 +153,10 @@ impl Event {
         }
         let whole = *self.merged(&pushing, f64::INFINITY).first()?;
         let speed = scene.approach_of(&whole, [&a, &b]);
-        let rests = velocity(whole.point).length() <= RESTS.0 + RESTS.1 * fall;
+        let relative = velocity(whole.point);
+        let parting = relative.dot(whole.normal);
+        let across = (relative - whole.normal * parting).length();
+        let rests = parting.abs() <= RESTS.0 + RESTS.1 * fall && across <= SLIDES + RESTS.1 * fall;
         let met = match speed >= least && rests {
             _ if hits => Met::Hit,
             true => Met::PassOn,

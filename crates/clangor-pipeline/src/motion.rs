@@ -18,6 +18,7 @@
 //! | `led_bodies` | bodies that a hand or a joint leads |
 //! | `impacts` | contact rows of a recording, by the modules above |
 //! | `pose_noise` | noise of positions, measured from the frames |
+//! | `uneven_times` | poses of other instants than their times say |
 //! | `straight_keys` | poses on lines between keys |
 //! | `lasting_jumps` | what a body does beyond gravity and impacts: rest, and forces without noise |
 //! | `lasting_fit` | impulses of lasting contacts, shared by all points that touch |
@@ -74,3 +75,4 @@ mod straight_keys;
 pub(crate) mod sunk_bodies;
 mod touch;
 mod touching;
+mod uneven_times;

@@ -75,7 +75,7 @@ pub enum ModalError {
     },
     /// No modes in the band.
     #[error(
-        "no audible modes: the first is at {:.2} kHz, above the limit of {:.2} kHz",
+        "no audible modes: the first is at about {:.1} kHz, above the limit of {:.2} kHz",
         first * 1e-3,
         limit * 1e-3
     )]

@@ -143,6 +143,11 @@ impl MeshSurface {
         self.tree.outward_normal(&self.mesh, point_body)
     }
 
+    /// The same at a point of the surface that is known.
+    pub fn normal_of(&self, nearest: &NearestPoint) -> Option<DVec3> {
+        self.tree.outward_normal_of(&self.mesh, nearest)
+    }
+
     /// Distance of `point_body` from the surface \[m\], negative inside.
     pub fn signed_distance(&self, point_body: DVec3) -> f64 {
         self.tree.signed_distance(&self.mesh, point_body).unwrap_or(f64::INFINITY)

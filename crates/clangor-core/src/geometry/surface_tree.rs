@@ -235,7 +235,12 @@ impl SurfaceTree {
     /// The outward unit normal at the point of the surface nearest to `point`; `None` without triangles or
     /// where the surface is open.
     pub fn outward_normal(&self, mesh: &TriMesh, point: DVec3) -> Option<DVec3> {
-        self.normal_at(mesh, &self.nearest(mesh, point)?)?.try_normalize()
+        self.outward_normal_of(mesh, &self.nearest(mesh, point)?)
+    }
+
+    /// The same at a point of the surface that is known.
+    pub fn outward_normal_of(&self, mesh: &TriMesh, nearest: &NearestPoint) -> Option<DVec3> {
+        self.normal_at(mesh, nearest)?.try_normalize()
     }
 
     /// Calls `visit` with every pair of triangles whose boxes, grown by `margin` \[m\], overlap, each pair

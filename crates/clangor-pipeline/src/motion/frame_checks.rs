@@ -18,6 +18,7 @@ use super::quaternion_order::QuaternionOrder;
 use super::recording::{Frame, MAX_TIME, RecordingError, RecordingNotice};
 use super::repeated_poses::RepeatedPoses;
 use super::straight_keys::StraightKeys;
+use super::uneven_times::UnevenTimes;
 
 /// How far the length of a quaternion may be from 1; it is made 1.
 const UNIT_TOLERANCE: f64 = 0.01;
@@ -69,6 +70,7 @@ pub(crate) struct FrameChecks {
     rounding: CoordinateRounding,
     repeated: RepeatedPoses,
     straight: StraightKeys,
+    times: UnevenTimes,
     order: Option<QuaternionOrder>,
 }
 
@@ -101,6 +103,7 @@ impl FrameChecks {
             rounding: CoordinateRounding::default(),
             repeated: RepeatedPoses::default(),
             straight: StraightKeys::default(),
+            times: UnevenTimes::default(),
             order: None,
         }
     }
@@ -160,6 +163,7 @@ impl FrameChecks {
             }
             if let Some((earlier, before)) = self.interval.replace((velocity, span)) {
                 self.straight.push([earlier, velocity], last.row);
+                self.times.push([earlier, velocity], 0.5 * (before + span), self.gravity);
                 self.count_fall((velocity - earlier) / (0.5 * (before + span)));
                 self.rounding.push(frame.pose.position, (velocity - earlier).length() * span);
             }
@@ -248,7 +252,11 @@ impl FrameChecks {
         let straight = self.straight.found();
         let (every, first) = straight.unwrap_or_default();
         let keys = RecordingNotice::StraightKeys { body: name.into(), every, row: first };
+        let deviation = self.times.found();
+        let times =
+            RecordingNotice::UnevenTimes { body: name.into(), deviation: deviation.unwrap_or_default() };
         let found = [
+            (deviation.is_some(), times),
             (straight.is_some(), keys),
             (scalar_first.is_some(), order),
             (count > 0, repeated),

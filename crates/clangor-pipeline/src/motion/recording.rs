@@ -250,6 +250,19 @@ pub enum RecordingNotice {
         /// Row of the first.
         row: u64,
     },
+    /// Poses of other instants than their times say.
+    #[error(
+        "body {body}: its poses are those of other instants than their t, by about {} ms, as of frames that \
+         are taken at the nearest step of an engine: what moves fast seems to jump; write the time of the \
+         step as t",
+        number(1e3 * deviation)
+    )]
+    UnevenTimes {
+        /// The body.
+        body: String,
+        /// Deviation of the times \[s\].
+        deviation: f64,
+    },
     /// Poses on straight lines between keys.
     #[error(
         "body {body}: from row {row} on, it moves straight between every {every} poses, as between keys that \

@@ -20,7 +20,7 @@ const LONGEST: u64 = 60;
 /// The straight lines of one body so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct StraightKeys {
-    /// Last jump [m/s].
+    /// Square of the last jump [m²/s²].
     jump: f64,
     /// Straight poses since the last key, and whether the body moved at all of them.
     straight: u64,
@@ -35,10 +35,12 @@ pub(super) struct StraightKeys {
 impl StraightKeys {
     /// Takes the mean velocities [m/s] before and after the pose in a row.
     pub(super) fn push(&mut self, [before, after]: [DVec3; 2], row: u64) {
-        let (jump, speed) = (before.distance(after), before.length().min(after.length()));
-        if jump <= (STRAIGHT.0 * self.jump).max(STRAIGHT.1 * speed) {
+        // Squares, without roots.
+        let jump = before.distance_squared(after);
+        let speed = before.length_squared().min(after.length_squared());
+        if jump <= (STRAIGHT.0.powi(2) * self.jump).max(STRAIGHT.1.powi(2) * speed) {
             self.straight += 1;
-            self.is_moving &= speed > MOVES;
+            self.is_moving &= speed > MOVES * MOVES;
             return;
         }
         let every = std::mem::take(&mut self.straight) + 1;

@@ -35,6 +35,9 @@ const FIRST_CORNER: DVec3 = DVec3::new(0.873, 0.213, 0.439);
 pub(super) struct SampledSurface {
     pub(super) surface: Arc<Surface>,
     pub(super) radius: f64,
+    /// Bounds of a mesh \[m\], and the distance from it that is none.
+    bounds: (DVec3, DVec3),
+    clear: f64,
     points: Vec<DVec3>,
     edges: Vec<SharpEdge>,
     convex: Option<ConvexCorners>,
@@ -44,12 +47,14 @@ impl SampledSurface {
     pub(super) fn new(surface: &Arc<Surface>) -> Self {
         let radius = surface.bounding_radius();
         let (mut points, mut edges, mut convex) = (Vec::new(), Vec::new(), None);
+        let (mut bounds, mut clear) = ((DVec3::ZERO, DVec3::ZERO), 0.0);
         if let Surface::Mesh(mesh) = &**surface {
+            (bounds, clear) = (mesh.mesh.bounds(), 1e-6 * mesh.mesh.diagonal());
             points = sample(&mesh.mesh, EDGE_SHARE * radius);
             edges = sharp_edges(&mesh.mesh);
             convex = ConvexCorners::of(&mesh.mesh);
         }
-        SampledSurface { surface: Arc::clone(surface), radius, points, edges, convex }
+        SampledSurface { surface: Arc::clone(surface), radius, bounds, clear, points, edges, convex }
     }
 }
 
@@ -309,11 +314,12 @@ fn distance_and_normal(
             Some((local.length() - radius, other.pose.orientation * local.try_normalize()?))
         }
         Surface::Mesh(mesh) => {
-            if local.length() > other.sampled.radius + within {
+            let (low, high) = other.sampled.bounds;
+            if local.distance_squared(local.clamp(low, high)) > within * within {
                 return None;
             }
             let inward = || Some(other.pose.orientation.inverse() * inward()?);
-            let (distance, normal) = mesh_distance(mesh, local, &inward)?;
+            let (distance, normal) = mesh_distance((mesh, other.sampled.clear), local, &inward)?;
             Some((distance, other.pose.orientation * normal))
         }
     }
@@ -323,16 +329,17 @@ fn distance_and_normal(
 /// of bodies that overlap a little.
 const ASIDE: [f64; 2] = [100.0, 1e4];
 
+/// Signed distance of a point from a mesh \[m\], and the direction away from it; distances up to `clear` \[m\]
+/// are none.
 fn mesh_distance(
-    mesh: &MeshSurface,
+    (mesh, clear): (&MeshSurface, f64),
     local: DVec3,
     inward: &dyn Fn() -> Option<DVec3>,
 ) -> Option<(f64, DVec3)> {
     let nearest = mesh.nearest(local)?;
-    let outward = mesh.normal_at(local)?;
+    let outward = mesh.normal_of(&nearest)?;
     let away = local - nearest.position;
     let distance = nearest.distance.copysign(away.dot(outward));
-    let clear = 1e-6 * mesh.mesh.diagonal();
     if nearest.distance > clear {
         return Some((distance, away / distance));
     }
@@ -340,8 +347,9 @@ fn mesh_distance(
     // body, as those of boxes in a stack, neither has a normal: a point a little way into its body has.
     let beside = |way: f64| {
         let point = local + way * clear * inward()?;
-        let normal = (point - mesh.nearest(point)?.position).try_normalize()?;
-        (mesh.normal_at(point)?.dot(normal) > 0.0).then_some(normal)
+        let nearest = mesh.nearest(point)?;
+        let normal = (point - nearest.position).try_normalize()?;
+        (mesh.normal_of(&nearest)?.dot(normal) > 0.0).then_some(normal)
     };
     Some((distance, ASIDE.into_iter().find_map(beside).unwrap_or(outward)))
 }

@@ -70,7 +70,7 @@ struct AtPoints {
     weights: Vec<Complex64>,
     /// k² (x·n).
     along: Vec<f64>,
-    /// uₙ to one order more than that of the motion, point by point.
+    /// uₙ to one order more than that of the motion, order by order at all points.
     radial: Vec<f64>,
 }
 
@@ -170,16 +170,21 @@ impl TriangleSolver {
     fn at_points(&self, adjoint: &Adjoint, block: std::ops::Range<usize>, scale: f64) -> AtPoints {
         let square = adjoint.kappa * adjoint.kappa;
         let mut functions = Vec::new();
-        let mut at = AtPoints { weights: Vec::new(), along: Vec::new(), radial: Vec::new() };
+        let points = POINTS * block.len();
+        let radial = vec![0.0; (adjoint.order + 2) * points];
+        let mut at = AtPoints { weights: Vec::new(), along: Vec::new(), radial };
         for t in block {
             let psi = self.panels.triangles[t].map(|v| adjoint.pressures[v as usize]);
             for (shares, weight) in six_points() {
                 let x = self.panels.point(t, shares) * scale;
                 let between: Complex64 = shares.iter().zip(psi).map(|(share, psi)| psi * *share).sum();
+                let point = at.weights.len();
                 at.weights.push(between * (weight * self.panels.areas[t]));
                 at.along.push(square * x.dot(self.panels.normals[t]));
                 regular((square * x.length_squared()).into(), adjoint.order + 1, &mut functions);
-                at.radial.extend(functions.iter().map(|f| f.re));
+                for (n, function) in functions.iter().enumerate() {
+                    at.radial[n * points + point] = function.re;
+                }
             }
         }
         at
@@ -196,18 +201,20 @@ fn add_order(
 ) {
     let points = motions.first().map_or(0, |(_, at)| at.weights.len());
     let parts = 2 * motions.len();
-    let (mut of_slopes, mut of_values) =
-        (Vec::with_capacity(parts * points), Vec::with_capacity(parts * points));
-    for p in 0..points {
-        for (adjoint, at) in motions {
-            let radial = &at.radial[p * (adjoint.order + 2)..];
-            let (here, above) = (radial[n], at.along[p] * radial[n + 1]);
-            // γ = −i times the coupling.
-            let gamma = Complex64::new(0.0, -adjoint.coupling);
-            let slope = at.weights[p] * gamma * here;
-            let value = at.weights[p] * (here - gamma * above);
-            of_slopes.extend([slope.re, slope.im]);
-            of_values.extend([value.re, value.im]);
+    // Real and imaginary parts of each motion at all points.
+    let (mut of_slopes, mut of_values) = (vec![0.0; parts * points], vec![0.0; parts * points]);
+    let rows = of_slopes.chunks_exact_mut(2 * points).zip(of_values.chunks_exact_mut(2 * points));
+    for ((adjoint, at), (slopes, values)) in motions.iter().zip(rows) {
+        let radial = &at.radial[n * points..][..2 * points];
+        let (here, above) = radial.split_at(points);
+        let (slopes, values) = (slopes.split_at_mut(points), values.split_at_mut(points));
+        // γ = −i times the coupling.
+        let gamma = Complex64::new(0.0, -adjoint.coupling);
+        for p in 0..points {
+            let slope = at.weights[p] * gamma * here[p];
+            let value = at.weights[p] * (here[p] - gamma * (at.along[p] * above[p]));
+            (slopes.0[p], slopes.1[p]) = (slope.re, slope.im);
+            (values.0[p], values.1[p]) = (value.re, value.im);
         }
     }
     // Row by row: harmonics of this order at each point.
@@ -217,7 +224,7 @@ fn add_order(
     };
     let mut sums = MatMut::from_column_major_slice_mut(sums, parts, width);
     for (weights, first) in [(&of_slopes, stored + low), (&of_values, low)] {
-        let weights = MatRef::from_column_major_slice(weights, parts, points);
+        let weights = MatRef::from_row_major_slice(weights, parts, points);
         matmul(sums.as_mut(), Accum::Add, weights, of_order(first), 1.0, Par::Seq);
     }
 }

@@ -85,8 +85,8 @@ impl fmt::Display for StepsNotice {
         write!(
             f,
             "row {row}: {one} and {other} have {count} impacts at intervals of {:.3} ms{series}: steps of \
-             one contact, as an engine writes them, and each sounds as an impact of its own; give the rows of \
-             one contact the same impact_id, or list the sum of their impulses once",
+             one contact, as an engine writes them, and each sounds as an impact of its own; give the rows \
+             of one contact the same impact_id, or list the sum of their impulses once",
             1e3 * interval
         )
     }

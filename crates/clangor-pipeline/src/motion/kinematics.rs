@@ -19,7 +19,7 @@ use clangor_core::pose::Pose;
 use glam::{DMat3, DQuat, DVec3};
 
 use super::recording::Frame;
-use super::soft_contacts::{gathered, soft_pushes};
+use super::soft_contacts::{FrameChange, gather, soft_pushes};
 
 /// Steps of the rotation over one continued frame.
 const ROTATION_STEPS: u32 = 8;
@@ -148,20 +148,20 @@ pub(super) struct Kinematics<'a> {
 impl<'a> Kinematics<'a> {
     pub(super) fn new(frames: &'a [Frame], inertia: Inertia) -> Self {
         let intervals: Vec<Interval> = frames.windows(2).map(|w| interval(&w[0], &w[1], &inertia)).collect();
-        let mut jumps = vec![Jump::default(); frames.len()];
+        let mut changes = vec![FrameChange::default(); frames.len()];
         for (k, pair) in intervals.windows(2).enumerate() {
             let span = 0.5 * (pair[0].length + pair[1].length);
             let velocity = pair[1].velocity - pair[0].velocity - inertia.gravity * span;
             let angular_momentum = pair[1].angular_momentum - pair[0].angular_momentum;
-            let orientation = frames[k + 1].pose.orientation;
-            jumps[k + 1] = inertia.jump((velocity, angular_momentum), orientation, span);
+            changes[k + 1] = FrameChange { velocity, angular_momentum, span };
         }
-        let soft = soft_pushes(&jumps, inertia.gravity);
-        for push in soft.iter().cloned() {
-            for (k, change) in push.clone().zip(gathered(&jumps, push, inertia.gravity)) {
-                jumps[k] = inertia.jump(change, frames[k].pose.orientation, jumps[k].span);
-            }
-        }
+        let soft = soft_pushes(&changes, inertia.gravity);
+        soft.iter().for_each(|push| gather(&mut changes, push.clone(), inertia.gravity));
+        let jump = |(change, frame): (&FrameChange, &Frame)| {
+            let of_motion = (change.velocity, change.angular_momentum);
+            inertia.jump(of_motion, frame.pose.orientation, change.span)
+        };
+        let jumps: Vec<Jump> = changes.iter().zip(frames).map(jump).collect();
         let release = intervals.first().map_or_else(Jump::default, |first| {
             let span = 0.5 * first.length;
             let velocity = first.velocity - inertia.gravity * span;

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Looked at are free bodies without links and supports whose impacts lie in one interval, with none in those
-//! beside it, where nothing lasts; and not those of soft contacts, which push for longer. A unit or a mass that is wrong shows in the ratio. Not a check of the
-//! share that each of several points has.
+//! beside it, where nothing lasts; and not those of soft contacts, which push for longer. A unit or a mass
+//! that is wrong shows in the ratio. Not a check of the share that each of several points has.
 
 use clangor_core::body::{BodyId, Motion, World};
 use clangor_core::timeline::{ContactKind, ContactRow};

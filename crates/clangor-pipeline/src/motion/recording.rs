@@ -266,8 +266,8 @@ pub enum RecordingNotice {
     /// Poses on straight lines between keys.
     #[error(
         "body {body}: from row {row} on, it moves straight between every {every} poses, as between keys that \
-         are joined by lines; export the poses of the keys alone, or each key is a jump and an impact between \
-         two keys is cut in two"
+         are joined by lines; export the poses of the keys alone, or each key is a jump and an impact \
+         between two keys is cut in two"
     )]
     StraightKeys {
         /// The body.

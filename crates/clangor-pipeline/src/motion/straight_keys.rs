@@ -46,7 +46,7 @@ impl StraightKeys {
         let every = std::mem::take(&mut self.straight) + 1;
         let is_moving = std::mem::replace(&mut self.is_moving, true);
         self.jump = jump;
-        if every < 2 || every > LONGEST || !is_moving || every != self.every {
+        if !(2..=LONGEST).contains(&every) || !is_moving || every != self.every {
             (self.every, self.keys, self.row) = (every, 1, row);
             return;
         }

@@ -329,8 +329,8 @@ fn distance_and_normal(
 /// of bodies that overlap a little.
 const ASIDE: [f64; 2] = [100.0, 1e4];
 
-/// Signed distance of a point from a mesh \[m\], and the direction away from it; distances up to `clear` \[m\]
-/// are none.
+/// Signed distance of a point from a mesh \[m\], and the direction away from it; distances up to `clear`
+/// \[m\] are none.
 fn mesh_distance(
     (mesh, clear): (&MeshSurface, f64),
     local: DVec3,

@@ -31,7 +31,7 @@ use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::DVec3;
 
 use crate::cost::work_limit::{TooMuchWork, WorkLimit};
-use crate::fem::finite_cells::WrongCell;
+use crate::fem::finite_cells::{CellGrid, WrongCell};
 use crate::fem::supports::SupportError;
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::bake_geometry::BakeGeometry;
@@ -389,6 +389,7 @@ fn refined<B: RefinableDiscretization>(
     let (limit, work) = (options.max_frequency, WorkLimit::of_seconds(options.patience));
     let mut mesh = body.coarse(limit, options.accuracy)?;
     let (nodes, mut edge) = body.size(&mesh);
+    let mut spent = work_of(nodes);
     if nodes > options.most_nodes {
         return Err(ModalAnalysisError::TooLarge { nodes, most: options.most_nodes });
     }
@@ -397,7 +398,7 @@ fn refined<B: RefinableDiscretization>(
     let mut errors: Vec<f64> = Vec::new();
     let mut ratio = body.first_ratio();
     // Refine until the estimated error meets the accuracy.
-    for meshes in 2..=MOST_MESHES {
+    for _ in 1..MOST_MESHES {
         let (modes, accuracy) = (&spectrum.modes, options.accuracy);
         let finer = match body.finer(&mesh, &Finer { ratio, modes, errors: &errors, accuracy }) {
             Err(ModalAnalysisError::TooFine { .. }) => break,
@@ -408,7 +409,9 @@ fn refined<B: RefinableDiscretization>(
         if nodes > options.most_nodes {
             break;
         }
-        tell(1.0 - 0.5_f64.powi(meshes as i32 - 1), nodes)?;
+        // Of this mesh and those before; whether others follow is not known.
+        tell(spent / (spent + work_of(nodes)), nodes)?;
+        spent += work_of(nodes);
         let fine = match body.solve(&finer, limit, &work) {
             // The mesh before serves where this one does not fit.
             Err(error) if error.is_memory() && !errors.is_empty() => break,
@@ -436,15 +439,8 @@ fn refined<B: RefinableDiscretization>(
     let damping = body.support_damping(&mesh, &spectrum.modes, count)?;
     let (nodes, _) = body.size(&mesh);
     tell(1.0, nodes)?;
-    let mode = |(k, shape): (usize, Vec<DVec3>)| ModalMode {
-        frequency: spectrum.frequencies[k],
-        mesh_error: errors.get(k).copied().unwrap_or(f64::NAN),
-        support_damping: damping[k],
-        shape,
-        transfer: None,
-    };
     let analysis = ModalAnalysis {
-        modes: shapes.into_iter().enumerate().map(mode).collect(),
+        modes: modes_of(&spectrum.frequencies, &errors, &damping, shapes),
         surface,
         density: constants.density,
         max_frequency: limit,
@@ -454,6 +450,22 @@ fn refined<B: RefinableDiscretization>(
         warnings: warnings(&errors, nodes, options),
     };
     Ok((analysis, mesh))
+}
+
+fn modes_of(frequencies: &[f64], errors: &[f64], damping: &[f64], shapes: Vec<Vec<DVec3>>) -> Vec<ModalMode> {
+    let mode = |(k, shape): (usize, Vec<DVec3>)| ModalMode {
+        frequency: frequencies[k],
+        mesh_error: errors.get(k).copied().unwrap_or(f64::NAN),
+        support_damping: damping[k],
+        shape,
+        transfer: None,
+    };
+    shapes.into_iter().enumerate().map(mode).collect()
+}
+
+/// What the modes of a mesh of so many nodes cost, in any unit.
+fn work_of(nodes: usize) -> f64 {
+    (nodes as f64).powf(CellGrid::WORK)
 }
 
 fn largest(errors: &[f64]) -> f64 {

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use clangor_core::scene::Scene;
 use clangor_core::timeline::Timeline;
 use clangor_pipeline::formats::contact_list::read_contact_list;
-use clangor_pipeline::formats::gltf_motion::read_gltf_motion;
+use clangor_pipeline::formats::gltf_motion::{GltfChoice, read_gltf_motion};
 use clangor_pipeline::formats::mesh_reader::read_mesh;
 use clangor_pipeline::formats::named_bodies::NamedBodies;
 use clangor_pipeline::formats::pose_table::read_pose_table;
@@ -25,7 +25,6 @@ use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::formats::wav::{Meaning, SampleFormat, WavReader, WavSpec, WavWriter};
 use clangor_pipeline::interchange::audio_rigid_bodies::read_audio_bodies;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
-use clangor_pipeline::motion::file_units::FileUnits;
 use clangor_pipeline::stages::load::{load_mesh, load_scene, scene_from_text};
 use clangor_pipeline::stages::simulate::{check_motion, simulation_settings};
 use clangor_sim::simulate;
@@ -389,7 +388,7 @@ fn fuzz_glb() {
 fn fuzz_gltf_motion() {
     let target = Target::parser("gltf-motion", "gltf", text(&[&gltf()]), &GLTF_WORDS);
     fuzz(&target, &|path, _| {
-        shown(read_gltf_motion(path, &[], FileUnits::default()), |file| {
+        shown(read_gltf_motion(path, &GltfChoice::default()), |file| {
             format!("{} nodes", file.nodes.len().min(9))
         })
     });

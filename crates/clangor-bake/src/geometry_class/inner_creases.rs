@@ -82,13 +82,18 @@ pub(crate) fn singular_edges(mesh: &TriMesh, walls: &Walls) -> Vec<[DVec3; 2]> {
     if inner_edges(mesh).next().is_none() {
         return Vec::new();
     }
-    let edges = edges_of_walls(mesh, &SurfaceTree::new(mesh), COMPACT_WALL * walls.thickness);
+    let edges = inner_edges_of_walls(mesh, walls);
     match (walls.creased, walls.thin) {
         (false, _) => edges,
         (true, true) => short_chains(&edges, CREASED * walls.thickness),
         // All edges of such a body count as those where walls meet.
         (true, false) => Vec::new(),
     }
+}
+
+/// Ends of the sharp inner edges but those between faces that are short against the walls.
+pub(crate) fn inner_edges_of_walls(mesh: &TriMesh, walls: &Walls) -> Vec<[DVec3; 2]> {
+    edges_of_walls(mesh, &SurfaceTree::new(mesh), COMPACT_WALL * walls.thickness)
 }
 
 /// The edges that hang together with others up to less than a length \[m\].

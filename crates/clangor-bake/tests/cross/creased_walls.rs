@@ -130,6 +130,30 @@ fn an_inner_corner_of_a_plate_in_cells_is_as_far_off_as_stated() {
     }
 }
 
+/// A profile of 100 × 30 × 30 × 3 mm, turned: a mirror plane goes through its inner edge, and its faces lie
+/// at 45° to that.
+#[test]
+fn an_angle_iron_in_cells_is_as_far_off_as_stated() {
+    // From the inner edge, which sees all others.
+    let outline = [[0.003, 0.003], [0.003, 0.03], [0.0, 0.03], [0.0, 0.0], [0.03, 0.0], [0.03, 0.003]];
+    let mut mesh = slab(&outline.map(DVec2::from_array), 0.1);
+    let turn = DQuat::from_scaled_axis(DVec3::new(0.5, 0.3, -0.7));
+    mesh.vertices.iter_mut().for_each(|vertex| *vertex = turn * *vertex);
+    let steel = ElasticConstants::of(&STEEL.material()).expect("an elastic material");
+    let (choice, options) = (ModalChoice::Cells(Cow::Borrowed(&mesh)), ModalAnalysisOptions::to(4000.0));
+    let found =
+        modal_analysis_by(choice, &steel, &options, &mut |_| ControlFlow::Continue(())).expect("modes");
+    // Quadratic hexahedra, graded towards edges and ends, 85 305 unknowns; still falling by 0.1 %.
+    let references = [2049.2, 3741.7, 3835.2];
+    assert_eq!(found.modes.len(), references.len());
+    for (mode, reference) in found.modes.iter().zip(references) {
+        let (off, said) = (mode.frequency / reference - 1.0, mode.mesh_error);
+        println!("{reference:.1} Hz: {off:.1e}, stated {said:.1e}");
+        // Seen: up to 5.3e-3, stated 6.6e-3; 4.3 %, stated as 0.67 %, in the axes of the mirror planes.
+        assert!(off < 1.5 * said && off < 0.01, "{reference:.1} Hz: {off:.1e}, stated {said:.1e}");
+    }
+}
+
 /// Outer and inner outline of a tin, 80 × 60 × 0.8 mm, from the bottom to the top and back: radius and height
 /// \[m\]. Its lid has a hole of 6 mm, so that its section is one curve.
 const TIN: [[f64; 2]; 8] = [

@@ -28,6 +28,9 @@ pub(crate) enum ImportFormat {
         /// Node that is left out with all nodes below it, such as set dressing (repeatable)
         #[arg(long, value_name = "NAME")]
         leave_out: Vec<String>,
+        /// Animation that moves the nodes, where the files have several; by default all of them do
+        #[arg(long, value_name = "NAME")]
+        animation: Option<String>,
         #[command(flatten)]
         common: RecordedMotion,
     },

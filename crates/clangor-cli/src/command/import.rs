@@ -39,11 +39,12 @@ pub(crate) fn run(options: &Import, global: &Global, console: &Console) -> Resul
             }));
             Ok(())
         }
-        ImportFormat::Gltf { scene, files, poses, leave_out, common } => {
+        ImportFormat::Gltf { scene, files, poses, leave_out, animation, common } => {
             let files = MotionFiles {
                 gltf: files.clone(),
                 poses: poses.clone(),
                 leave_out: leave_out.clone(),
+                animation: animation.clone(),
                 ..of_motion(common)
             };
             motion(scene, &files, common, console)

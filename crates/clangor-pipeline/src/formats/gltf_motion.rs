@@ -20,7 +20,7 @@ use clangor_core::pose::Pose;
 use glam::DMat4;
 
 use crate::formats::input_file::read_bounded;
-use crate::formats::mesh_reader::gltf::document::{GltfFile, Node};
+use crate::formats::mesh_reader::gltf::document::{Animation, GltfFile, Node};
 use crate::formats::mesh_reader::gltf::{Placed, append_node, placed_nodes};
 use crate::formats::mesh_reader::{Located, MOST_BYTES, MeshFault, MeshFileError};
 use crate::motion::file_units::FileUnits;
@@ -80,12 +80,14 @@ pub enum NodeFault {
     },
     /// Two curves for one property.
     #[error(
-        "two animations move its {path}; export one animation only (Blender: Animation mode \"Active actions \
-         merged\" or \"Scene\")"
+        "the animations {} and {} both move its {path}; choose one by --animation NAME, or export one only \
+         (Blender: Animation mode \"Active actions merged\" or \"Scene\")", names[0], names[1]
     )]
     TwoAnimations {
         /// translation, rotation or scale.
         path: &'static str,
+        /// Of the animations.
+        names: [String; 2],
     },
     /// An implicit shape that is no solid.
     #[error("its implicit shape cannot be a body: {0}")]
@@ -174,7 +176,9 @@ pub struct GltfMotion {
     pub faults: Vec<FaultyNode>,
     /// Solid nodes whose names are used several times: the name in the file, and that of the node.
     pub renamed: Vec<[String; 2]>,
-    /// Whether there is an animation.
+    /// Names of all animations of the file, or `animation-N`.
+    pub animations: Vec<String>,
+    /// Whether there is an animation of those that are read.
     pub has_animation: bool,
     /// The first key of what moves bodies.
     pub first_key: Option<FirstKey>,
@@ -182,30 +186,43 @@ pub struct GltfMotion {
     pub left_out: BTreeSet<String>,
 }
 
-/// Reads the nodes of the default scene, but for those of the names `leave_out` and all below them, from a
-/// file in these units.
+/// What of a file is read.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct GltfChoice<'a> {
+    /// Names of nodes that are left out with all below them.
+    pub leave_out: &'a [String],
+    /// Name of the animation that moves the nodes; by default all of them do.
+    pub animation: Option<&'a str>,
+    /// Units of the file.
+    pub units: FileUnits,
+}
+
+/// Reads nodes of the default scene.
 ///
 /// # Errors
 /// [`MeshFileError`] names the file, the place and what to do. Nodes that cannot be read are no errors:
 /// [`GltfMotion::faults`].
 pub fn read_gltf_motion(
     path: &Path,
-    leave_out: &[String],
-    FileUnits { length, time }: FileUnits,
+    GltfChoice { leave_out, animation, units: FileUnits { length, time } }: &GltfChoice<'_>,
 ) -> Result<GltfMotion, MeshFileError> {
     let bytes =
         read_bounded(path, MOST_BYTES).map_err(|source| MeshFileError::Io { path: path.into(), source })?;
     let in_file = |located: Located| located.in_file(path);
-    let file = GltfFile::open(&bytes, path.parent().unwrap_or(Path::new("."))).map_err(in_file)?;
+    let mut file = GltfFile::open(&bytes, path.parent().unwrap_or(Path::new("."))).map_err(in_file)?;
     check_compression(&file).map_err(in_file)?;
     let placed = placed_nodes(&file.document).map_err(in_file)?;
-    let mut tree = NodeTree::of_file(&file, &placed, length);
+    let animations = name_animations(&mut file.document.animations);
+    let is_meant = |of: &Animation| animation.is_none_or(|name| of.name.as_deref() == Some(name));
+    file.document.animations.retain(is_meant);
+    let mut tree = NodeTree::of_file(&file, &placed, *length);
     let mut motion = GltfMotion {
+        animations,
         has_animation: file.document.animations.iter().any(|animation| !animation.channels.is_empty()),
         ..GltfMotion::default()
     };
     motion.left_out = tree.leave_out(leave_out);
-    let mut unreadable = tree.read_curves(time);
+    let mut unreadable = tree.read_curves(*time);
     motion.first_key = tree.first_key();
     for place in (0..placed.len()).filter(|place| !tree.is_left_out[*place]) {
         let chain: Vec<usize> = tree.chain(place).collect();
@@ -228,6 +245,14 @@ pub fn read_gltf_motion(
         }
     }
     Ok(motion)
+}
+
+/// Gives a name to each animation that has none; the names of all.
+fn name_animations(animations: &mut [Animation]) -> Vec<String> {
+    let name = |(k, animation): (usize, &mut Animation)| {
+        animation.name.get_or_insert_with(|| format!("animation-{k}")).clone()
+    };
+    animations.iter_mut().enumerate().map(name).collect()
 }
 
 /// The nodes of a scene on their way to bodies; each list has a value for each of `placed`.

@@ -57,6 +57,8 @@ pub struct MotionFiles {
     pub part_length: Option<f64>,
     /// Names of nodes of the glTF files that are left out, each with all nodes below it.
     pub leave_out: Vec<String>,
+    /// Name of the animation of the glTF files that moves their nodes; by default all of them do.
+    pub animation: Option<String>,
     /// Whether every lasting contact is a row for each frame, as where the scene has `rolling = true`.
     pub raw_log: bool,
 }

@@ -8,8 +8,7 @@ use std::path::Path;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::scene::instantiate::GeometryError;
 
-use crate::formats::gltf_motion::{GltfMotion, read_gltf_motion};
-use crate::motion::file_units::FileUnits;
+use crate::formats::gltf_motion::{GltfChoice, GltfMotion, read_gltf_motion};
 
 /// Most names in a message.
 const MOST_NAMES: usize = 12;
@@ -35,7 +34,7 @@ pub(super) fn nodes_to_choose(file: &Path) -> Option<String> {
     if !is_gltf_file(file.as_os_str()) {
         return None;
     }
-    let motion = read_gltf_motion(file, &[], FileUnits::default()).ok()?;
+    let motion = read_gltf_motion(file, &GltfChoice::default()).ok()?;
     let several = motion.nodes.iter().filter(|node| node.mesh.is_some()).nth(1).is_some();
     several.then(|| nodes_with_triangles(&motion, |name| format!("{}#{name}", file.display())))
 }
@@ -49,7 +48,7 @@ fn nodes_with_triangles(motion: &GltfMotion, shown: impl Fn(&str) -> String) -> 
 /// The triangles of a node.
 pub(super) fn node_mesh(file: &Path, name: &str) -> Result<TriMesh, GeometryError> {
     let refused = |reason: String, remedy: &str| GeometryError { reason, remedy: remedy.into() };
-    let motion = read_gltf_motion(file, &[], FileUnits::default())
+    let motion = read_gltf_motion(file, &GltfChoice::default())
         .map_err(|error| refused(error.to_string(), "correct the path, or export the file again"))?;
     if let Some(node) = motion.nodes.iter().find(|node| node.name == name && node.mesh.is_some()) {
         return Ok(node.mesh.clone().unwrap_or_default());

@@ -127,14 +127,17 @@ impl File {
     }
 
     fn import_in(&self, unit: LengthUnit, scene: &str, leave_out: &[&str]) -> Result<Imported, String> {
+        let leave_out = leave_out.iter().map(ToString::to_string).collect();
+        let axes = FileAxes { unit, ..FileAxes::default() };
+        self.import_with(scene, MotionFiles { leave_out, axes, ..MotionFiles::default() })
+    }
+
+    fn import_with(&self, scene: &str, files: MotionFiles) -> Result<Imported, String> {
         let folder = tempfile::tempdir().unwrap();
         self.write(folder.path());
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         let loaded = load_scene(&folder.path().join("scene.toml"), &|_| ()).unwrap();
-        let leave_out = leave_out.iter().map(ToString::to_string).collect();
-        let gltf = vec![folder.path().join("a.gltf")];
-        let axes = FileAxes { unit, ..FileAxes::default() };
-        let files = MotionFiles { gltf, leave_out, axes, ..MotionFiles::default() };
+        let files = MotionFiles { gltf: vec![folder.path().join("a.gltf")], ..files };
         let out = folder.path().join("out.timeline");
         let summary = import_motion(&loaded, &files, &out, true).map_err(|error| error.to_string())?;
         Ok(Imported { folder, summary })
@@ -390,8 +393,35 @@ fn property_animations_that_are_missing_or_double_name_the_setting() {
     assert!(file.import(SCENE, &[]).is_ok());
     file.fall(cube, 0);
     let message = file.import(SCENE, &[]).err().unwrap();
-    assert!(message.contains("two animations move its translation"), "{message}");
+    assert!(message.contains("animation-0 and animation-1 both move its translation"), "{message}");
+    assert!(message.contains("--animation NAME"), "{message}");
     assert!(message.contains("\"Active actions merged\" or \"Scene\""), "{message}");
+}
+
+#[test]
+fn property_one_of_several_animations_moves_the_bodies() {
+    let mut file = File::default();
+    let cube = file.solid("Cube", "steel");
+    file.fall(cube, 0);
+    file.animations[0]["name"] = "Drop".into();
+    // As far up as the other down, in twelve frames.
+    let keys: Vec<f32> = (0..12_u16).map(|frame| f32::from(frame) / RATE).collect();
+    let values: Vec<f32> = (0..12_u16).flat_map(|frame| [0.0, 1.0 + 0.01 * f32::from(frame), 0.0]).collect();
+    file.animate(cube, "translation", (&keys, &values), "LINEAR");
+    file.animations[1]["name"] = "Lift".into();
+    let end = |animation: &str| {
+        let animation = Some(animation.to_string());
+        let files = MotionFiles { animation, ..MotionFiles::default() };
+        let imported = file.import_with(SCENE, files).unwrap();
+        let (body, _) = imported.body("Cube");
+        let poses = imported.timeline().poses;
+        poses.iter().filter(|row| row.body == body).next_back().unwrap().position.y
+    };
+    assert!(end("Drop") < 1.0 && end("Lift") > 1.0, "{} {}", end("Drop"), end("Lift"));
+    let files = MotionFiles { animation: Some("Rise".into()), ..MotionFiles::default() };
+    let message = file.import_with(SCENE, files).err().unwrap();
+    assert!(message.contains("no animation Rise"), "{message}");
+    assert!(message.contains("known: Drop, Lift"), "{message}");
 }
 
 #[test]

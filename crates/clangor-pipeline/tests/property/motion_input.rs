@@ -8,11 +8,11 @@ use crate::imported_motion::{folder, import, import_in, scene};
 use crate::parquet_columns::write_alike;
 use clangor_core::body::{BodyId, Motion};
 use clangor_core::timeline::Timeline;
-use clangor_pipeline::formats::gltf_motion::{GltfNode, read_gltf_motion};
+use clangor_pipeline::formats::gltf_motion::{GltfChoice, GltfNode, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::body_files::{ListedMotion, import_contacts};
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
-use clangor_pipeline::motion::file_units::{FileUnits, LengthUnit};
+use clangor_pipeline::motion::file_units::LengthUnit;
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
 use parquet::basic::{Compression, ZstdLevel};
@@ -110,7 +110,7 @@ fn stone(node: &Value, channels: &[Channel]) -> Result<GltfNode, String> {
     let folder = tempfile::tempdir().unwrap();
     write_gltf(folder.path(), node, channels);
     let path = folder.path().join("a.gltf");
-    let mut motion = read_gltf_motion(&path, &[], FileUnits::default()).map_err(|error| error.to_string())?;
+    let mut motion = read_gltf_motion(&path, &GltfChoice::default()).map_err(|error| error.to_string())?;
     motion.faults.first().map_or_else(|| Ok(motion.nodes.remove(0)), |fault| Err(fault.to_string()))
 }
 

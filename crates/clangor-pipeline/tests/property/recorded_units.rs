@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use clangor_core::timeline::Timeline;
-use clangor_pipeline::formats::gltf_motion::read_gltf_motion;
+use clangor_pipeline::formats::gltf_motion::{GltfChoice, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::body_files::{ListReading, ListedMotion, import_contacts};
 use clangor_pipeline::interchange::file_frame::FileAxes;
@@ -238,7 +238,9 @@ fn property_a_unit_of_time_counts_before_limits_and_between_the_keys_of_smooth_c
         let folder = tempfile::tempdir().unwrap();
         write_gltf(folder.path(), &json!({}), &[curve(seconds)]);
         let units = FileUnits { time: TimeUnit { seconds }, ..FileUnits::default() };
-        let mut motion = read_gltf_motion(&folder.path().join("a.gltf"), &[], units).unwrap();
+        let mut motion =
+            read_gltf_motion(&folder.path().join("a.gltf"), &GltfChoice { units, ..GltfChoice::default() })
+                .unwrap();
         assert!(motion.faults.is_empty(), "{:?}", motion.faults);
         assert_eq!(motion.first_key.unwrap().spacing, 1.0);
         motion.nodes.remove(0).frames

@@ -2,10 +2,9 @@
 
 use crate::imported_motion::{folder, scene};
 use crate::motion_input::{Channel, write_gltf};
-use clangor_pipeline::formats::gltf_motion::read_gltf_motion;
+use clangor_pipeline::formats::gltf_motion::{GltfChoice, read_gltf_motion};
 use clangor_pipeline::formats::timeline_file::TimelineReader;
 use clangor_pipeline::interchange::motion_import::{MotionFiles, import_motion};
-use clangor_pipeline::motion::file_units::FileUnits;
 use clangor_pipeline::stages::load::load_scene;
 use glam::DVec3;
 use serde_json::json;
@@ -22,7 +21,7 @@ fn property_linear_keys_far_apart_are_stations_of_lines() {
     let folder = folder(scene!(), &[]);
     write_gltf(folder.path(), &json!({}), &[lowered()]);
     let path = folder.path().join("a.gltf");
-    let motion = read_gltf_motion(&path, &[], FileUnits::default()).unwrap();
+    let motion = read_gltf_motion(&path, &GltfChoice::default()).unwrap();
     let frames = &motion.nodes[0].frames;
     assert!(frames.windows(2).all(|pair| pair[1].time - pair[0].time < 1.001 / 240.0), "{}", frames.len());
     let off = frames.iter().map(|frame| {

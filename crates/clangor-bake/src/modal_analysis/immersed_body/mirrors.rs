@@ -1,10 +1,17 @@
-//! The mirror planes of a body in cells: only the cells on one side of them are solved.
+//! The axes of the grid of a body in cells: its mirror planes, of which only the cells on one side are
+//! solved, then its faces (see [`face_directions`](super::face_directions)).
+//!
+//! A mirror plane through an inner edge of thin walls is none here. The walls would be joined on a whole face
+//! of a cell there, and not on their mitre, which is stiffer by more than the next order or half the edge
+//! shows.
 
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::tri_mesh::TriMesh;
 use glam::{DMat3, DVec3};
 
 use super::ImmersedBody;
+use super::face_directions::main_direction;
+use crate::geometry_class::inner_creases::inner_edges_of_walls;
 use crate::geometry_class::mirror_symmetry::mirror_planes_of_walls;
 use crate::mesh::remesh::frame_of;
 
@@ -17,7 +24,12 @@ const MOST_ASYMMETRIC: f64 = 0.05;
 /// Largest distance of the same, in walls: a face of a slit reaches deeper.
 const DEEPEST: f64 = 0.2;
 
-/// The mirror planes of a body, and the body in their axes.
+/// Largest distance of the ends of an inner edge from a plane that goes through it, in walls.
+const THROUGH_EDGE: f64 = 0.3;
+/// Largest component of an axis that counts as rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// The mirror planes of a body, if any, and the body in their axes.
 pub(super) struct Mirrors {
     /// Where they meet \[m\].
     pub(super) centre: DVec3,
@@ -30,19 +42,42 @@ pub(super) struct Mirrors {
 }
 
 impl ImmersedBody<'_> {
-    /// The same free body on one side of its mirror planes, found within an accuracy of frequencies.
+    /// The same free body on one side of its mirror planes, found within an accuracy of frequencies, with
+    /// the other axes of the grid across its faces.
     pub(in crate::modal_analysis) fn by_mirrors(self, accuracy: f64) -> Self {
+        let Ok(mass) = MassProperties::of(&self.surface) else { return self };
+        let centre = mass.centre_of_mass;
         let within = ASYMMETRY * accuracy.min(MOST_ASYMMETRIC) * self.walls.thickness;
         let planes = mirror_planes_of_walls(&self.surface, within, DEEPEST * self.walls.thickness);
-        let normals: Vec<DVec3> = planes.into_iter().map(|plane| plane.normal).collect();
-        let Some(mass) = MassProperties::of(&self.surface).ok().filter(|_| !normals.is_empty()) else {
+        let normals: Vec<DVec3> = planes
+            .into_iter()
+            .map(|plane| plane.normal)
+            .filter(|normal| !self.is_through_edge(centre, *normal))
+            .collect();
+        let mut axes = normals.clone();
+        while axes.len() < 2
+            && let Some(direction) = main_direction(&self.surface, &axes)
+        {
+            axes.push(direction);
+        }
+        let (frame, _) = frame_of(&axes);
+        let planes = [0, 1, 2].map(|a| normals.iter().any(|n| 1.0 - frame.col(a).dot(*n).abs() < ROUNDING));
+        if normals.is_empty() && frame.abs_diff_eq(DMat3::IDENTITY, ROUNDING) {
             return self;
-        };
-        let (centre, (frame, planes)) = (mass.centre_of_mass, frame_of(&normals));
+        }
         let vertices = self.surface.vertices.iter().map(|v| frame.transpose() * (*v - centre)).collect();
         let surface = TriMesh { vertices, triangles: self.surface.triangles.clone() };
-        let planes = [planes.x, planes.y, planes.z];
         ImmersedBody { mirrors: Some(Mirrors { centre, frame, planes, surface }), ..self }
+    }
+
+    /// Whether a plane goes through an inner edge of thin walls.
+    fn is_through_edge(&self, centre: DVec3, normal: DVec3) -> bool {
+        let near = |end: DVec3| (end - centre).dot(normal).abs() < THROUGH_EDGE * self.walls.thickness;
+        let is_thin = self.walls.creased && self.walls.thin;
+        is_thin
+            && inner_edges_of_walls(&self.surface, &self.walls)
+                .into_iter()
+                .any(|ends| ends.into_iter().all(near))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use clangor_pipeline::formats::gltf_motion::{GltfMotion, GltfNode, read_gltf_motion};
+use clangor_pipeline::formats::gltf_motion::{GltfChoice, GltfMotion, GltfNode, read_gltf_motion};
 use clangor_pipeline::motion::file_units::{FileUnits, LengthUnit};
 use clangor_pipeline::stages::load::mesh_geometry;
 use serde_json::{Value, json};
@@ -18,7 +18,9 @@ pub(super) fn read(path: &Path, scale: f64) -> Option<GltfMotion> {
     }
     // Other files are reported where the surface is read.
     let units = FileUnits { length: LengthUnit { metres: scale }, ..FileUnits::default() };
-    read_gltf_motion(path, &[], units).ok().filter(|motion| motion.has_animation)
+    read_gltf_motion(path, &GltfChoice { units, ..GltfChoice::default() })
+        .ok()
+        .filter(|motion| motion.has_animation)
 }
 
 pub(super) fn report(path: &Path, motion: &GltfMotion, console: &Console) -> Result<(), Failure> {
@@ -33,6 +35,13 @@ pub(super) fn report(path: &Path, motion: &GltfMotion, console: &Console) -> Res
         path.display(),
         counted(solid.len(), "node", "nodes")
     ));
+    if motion.animations.len() > 1 {
+        let names: Vec<String> = motion.animations.iter().map(|name| format!("\"{name}\"")).collect();
+        console.say(format_args!(
+            "animations {}: clangor import gltf takes one of them by --animation NAME",
+            names.join(", ")
+        ));
+    }
     let mut nodes = Vec::new();
     for node in solid {
         let surface = Surface::of(node);
@@ -58,7 +67,9 @@ pub(super) fn report(path: &Path, motion: &GltfMotion, console: &Console) -> Res
         "clangor import gltf SCENE.toml FILE makes a timeline of it; strike, bake and the `mesh` of a scene \
          take one node as FILE#NAME, or all as one body",
     );
-    console.json(&json!({ "nodes": nodes, "faults": faulty, "duration_s": last }));
+    console.json(
+        &json!({ "animations": motion.animations, "nodes": nodes, "faults": faulty, "duration_s": last }),
+    );
     Ok(())
 }
 

@@ -2,6 +2,8 @@
 //!
 //! Times become seconds as they are read, and tangents, which are per unit of time of the file, per second.
 
+use std::collections::BTreeMap;
+
 use glam::{DQuat, DVec3, DVec4};
 
 use super::NodeFault;
@@ -47,6 +49,7 @@ impl Curves {
         node: usize,
     ) -> Result<Self, NodeFault> {
         let mut curves = Curves::default();
+        let mut movers: BTreeMap<&'static str, &Animation> = BTreeMap::new();
         for animation in &file.document.animations {
             for channel in animation.channels.iter().filter(|channel| channel.target.node == Some(node)) {
                 let (path, place) = match channel.target.path.as_str() {
@@ -55,8 +58,9 @@ impl Curves {
                     "scale" => ("scale", &mut curves.scale),
                     _ => continue,
                 };
-                if place.is_some() {
-                    return Err(NodeFault::TwoAnimations { path });
+                if let Some(other) = movers.insert(path, animation) {
+                    let names = [other, animation].map(|of| of.name.clone().unwrap_or_default());
+                    return Err(NodeFault::TwoAnimations { path, names });
                 }
                 *place = Some(read(file, (animation, channel), path, (unit, frames))?);
             }

@@ -29,6 +29,14 @@ pub enum MotionImportError {
         /// The name.
         name: String,
     },
+    /// An animation that is to move the nodes does not exist.
+    #[error("the glTF files have no animation {name} (--animation); known: {}", known.join(", "))]
+    Animation {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
     /// A table of poses is wrong.
     #[error(transparent)]
     Poses(#[from] PoseTableError),

@@ -12,7 +12,7 @@ use super::super::file_frame::FileFrame;
 use super::led_bodies::{check_movable, is_of_scene};
 use super::pose_rows::velocities;
 use super::{MotionFiles, MotionImportError};
-use crate::formats::gltf_motion::read_gltf_motion;
+use crate::formats::gltf_motion::{GltfChoice, read_gltf_motion};
 use crate::formats::named_bodies::NamedBodies;
 use crate::formats::pose_table::{PositionOf, read_pose_table};
 use crate::interchange::gltf_bodies::fault::GltfBodyFaults;
@@ -101,9 +101,13 @@ fn read_gltf_files(
     let materials = &loaded.scene.materials;
     let mut gltf = GltfFiles::default();
     let mut left_out = BTreeSet::new();
+    let mut animations = Vec::new();
+    let (leave_out, animation) = (&files.leave_out[..], files.animation.as_deref());
+    let choice = GltfChoice { leave_out, animation, units: files.units() };
     let mut faults = GltfBodyFaults::default();
     for path in &files.gltf {
-        let mut motion = read_gltf_motion(path, &files.leave_out, files.units())?;
+        let mut motion = read_gltf_motion(path, &choice)?;
+        animations.append(&mut motion.animations);
         left_out.append(&mut motion.left_out);
         gltf.has_animation |= motion.has_animation;
         let mut nodes = add_nodes(world, materials, motion, remarks);
@@ -112,6 +116,9 @@ fn read_gltf_files(
     }
     if let Some(name) = files.leave_out.iter().find(|name| !left_out.contains(*name)) {
         return Err(MotionImportError::LeaveOut { name: name.clone() });
+    }
+    if let Some(name) = files.animation.as_ref().filter(|name| !animations.contains(name)) {
+        return Err(MotionImportError::Animation { name: name.clone(), known: animations });
     }
     if faults.list.is_empty() {
         return Ok(gltf);

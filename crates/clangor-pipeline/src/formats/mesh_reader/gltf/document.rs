@@ -48,6 +48,7 @@ pub(crate) struct Named {
 
 #[derive(Deserialize)]
 pub(crate) struct Animation {
+    pub(crate) name: Option<String>,
     pub(crate) channels: Vec<Channel>,
     pub(crate) samplers: Vec<Sampler>,
 }

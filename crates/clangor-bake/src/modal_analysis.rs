@@ -389,7 +389,7 @@ fn refined<B: RefinableDiscretization>(
     let (limit, work) = (options.max_frequency, WorkLimit::of_seconds(options.patience));
     let mut mesh = body.coarse(limit, options.accuracy)?;
     let (nodes, mut edge) = body.size(&mesh);
-    let mut spent = work_of(nodes);
+    let mut spent = CellGrid::work_of(nodes);
     if nodes > options.most_nodes {
         return Err(ModalAnalysisError::TooLarge { nodes, most: options.most_nodes });
     }
@@ -410,8 +410,8 @@ fn refined<B: RefinableDiscretization>(
             break;
         }
         // Of this mesh and those before; whether others follow is not known.
-        tell(spent / (spent + work_of(nodes)), nodes)?;
-        spent += work_of(nodes);
+        tell(spent / (spent + CellGrid::work_of(nodes)), nodes)?;
+        spent += CellGrid::work_of(nodes);
         let fine = match body.solve(&finer, limit, &work) {
             // The mesh before serves where this one does not fit.
             Err(error) if error.is_memory() && !errors.is_empty() => break,
@@ -461,11 +461,6 @@ fn modes_of(frequencies: &[f64], errors: &[f64], damping: &[f64], shapes: Vec<Ve
         transfer: None,
     };
     shapes.into_iter().enumerate().map(mode).collect()
-}
-
-/// What the modes of a mesh of so many nodes cost, in any unit.
-fn work_of(nodes: usize) -> f64 {
-    (nodes as f64).powf(CellGrid::WORK)
 }
 
 fn largest(errors: &[f64]) -> f64 {

@@ -43,6 +43,11 @@ impl CellGrid {
     /// Power of the number of cells, and of nodes, that the work grows with.
     pub(crate) const WORK: f64 = 1.5;
 
+    /// What the modes of so many cells, or nodes, cost, in any unit.
+    pub(crate) fn work_of(count: usize) -> f64 {
+        (count as f64).powf(Self::WORK)
+    }
+
     /// A grid around a surface with cells of an edge \[m\], and planes where the cells allow them.
     pub(crate) fn around(surface: &TriMesh, edge: f64, planes: &Planes) -> Self {
         Self::with_fewest_cells(surface.bounds(), &probes(surface, PROBES * edge), edge, planes)
@@ -60,7 +65,7 @@ impl CellGrid {
                 grid.images[a] = (-grid.origin[a] / edge).round() as usize;
             }
             let parities = planes.iter().filter(|plane| **plane).fold(1.0, |product, _| 2.0 * product);
-            (grid, parities * (grid.cells(&points) as f64).powf(Self::WORK))
+            (grid, parities * Self::work_of(grid.cells(&points)))
         };
         let some = some.filter(|planes| (0..3).all(|a| mirrors[a] || !planes[a])).map(grid);
         let least = some.fold(grid([false; 3]), |best, next| if next.1 < best.1 { next } else { best });

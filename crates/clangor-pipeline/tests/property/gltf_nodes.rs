@@ -415,7 +415,7 @@ fn property_one_of_several_animations_moves_the_bodies() {
         let imported = file.import_with(SCENE, files).unwrap();
         let (body, _) = imported.body("Cube");
         let poses = imported.timeline().poses;
-        poses.iter().filter(|row| row.body == body).next_back().unwrap().position.y
+        poses.iter().rfind(|row| row.body == body).unwrap().position.y
     };
     assert!(end("Drop") < 1.0 && end("Lift") > 1.0, "{} {}", end("Drop"), end("Lift"));
     let files = MotionFiles { animation: Some("Rise".into()), ..MotionFiles::default() };

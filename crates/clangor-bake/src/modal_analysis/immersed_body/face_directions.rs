@@ -68,7 +68,7 @@ mod tests {
         let mut axes = Vec::new();
         for axis in [DVec3::Z, DVec3::Y, DVec3::X] {
             let found = main_direction(&mesh, &axes).expect("faces");
-            // Seen: 1e-15.
+            // Rounding alone.
             assert!((found.dot(turn * axis).abs() - 1.0).abs() < 1e-12, "{found} {axis}");
             axes.push(found);
         }

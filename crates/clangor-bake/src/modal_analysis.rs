@@ -93,7 +93,7 @@ pub struct ModalAnalysis {
 /// Progress of a modal analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModalAnalysisProgress {
-    /// Estimated fraction of the work that is done, 0 to 1.
+    /// Estimated fraction of the work that is done, 0 to 1; less again where a finer mesh is needed.
     pub done: f64,
     /// Nodes of the current mesh.
     pub nodes: usize,

@@ -26,7 +26,7 @@ const DEEPEST: f64 = 0.2;
 
 /// Largest distance of the ends of an inner edge from a plane that goes through it, in walls.
 const THROUGH_EDGE: f64 = 0.3;
-/// Largest component of an axis that counts as rounding.
+/// Largest difference of axes, in their components or 1 less their cosine, that counts as rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// The mirror planes of a body, if any, and the body in their axes.
@@ -49,11 +49,16 @@ impl ImmersedBody<'_> {
         let centre = mass.centre_of_mass;
         let within = ASYMMETRY * accuracy.min(MOST_ASYMMETRIC) * self.walls.thickness;
         let planes = mirror_planes_of_walls(&self.surface, within, DEEPEST * self.walls.thickness);
-        let normals: Vec<DVec3> = planes
-            .into_iter()
-            .map(|plane| plane.normal)
-            .filter(|normal| !self.is_through_edge(centre, *normal))
-            .collect();
+        // A plane that goes through an inner edge of thin walls is none.
+        let edges = match self.walls.creased && self.walls.thin {
+            true => inner_edges_of_walls(&self.surface, &self.walls),
+            false => Vec::new(),
+        };
+        let near = |end: &DVec3, normal: DVec3| {
+            (*end - centre).dot(normal).abs() < THROUGH_EDGE * self.walls.thickness
+        };
+        let is_kept = |normal: &DVec3| !edges.iter().any(|ends| ends.iter().all(|end| near(end, *normal)));
+        let normals: Vec<DVec3> = planes.into_iter().map(|plane| plane.normal).filter(is_kept).collect();
         let mut axes = normals.clone();
         while axes.len() < 2
             && let Some(direction) = main_direction(&self.surface, &axes)
@@ -68,16 +73,6 @@ impl ImmersedBody<'_> {
         let vertices = self.surface.vertices.iter().map(|v| frame.transpose() * (*v - centre)).collect();
         let surface = TriMesh { vertices, triangles: self.surface.triangles.clone() };
         ImmersedBody { mirrors: Some(Mirrors { centre, frame, planes, surface }), ..self }
-    }
-
-    /// Whether a plane goes through an inner edge of thin walls.
-    fn is_through_edge(&self, centre: DVec3, normal: DVec3) -> bool {
-        let near = |end: DVec3| (end - centre).dot(normal).abs() < THROUGH_EDGE * self.walls.thickness;
-        let is_thin = self.walls.creased && self.walls.thin;
-        is_thin
-            && inner_edges_of_walls(&self.surface, &self.walls)
-                .into_iter()
-                .any(|ends| ends.into_iter().all(near))
     }
 }
 

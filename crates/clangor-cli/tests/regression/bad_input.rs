@@ -247,9 +247,9 @@ fn meshes_are_refused_with_a_reason() {
     let closed = format!("{CUBE_CORNERS}{}\n", CUBE_FACES.join("\n"));
     let open = format!("{CUBE_CORNERS}{}\n", CUBE_FACES[..5].join("\n"));
     let flat = closed.replace(" 1\n", " 0\n");
-    let crossed = format!(
+    let apart = format!(
         "{closed}{}{}\n",
-        CUBE_CORNERS.replace("v 0", "v 0.5").replace("v 1", "v 1.5"),
+        CUBE_CORNERS.replace("v 0", "v 5").replace("v 1", "v 6"),
         CUBE_FACES
             .map(|f| {
                 let corners = f[2..].split(' ').map(|c| (c.parse::<u32>().unwrap() + 8).to_string());
@@ -260,7 +260,7 @@ fn meshes_are_refused_with_a_reason() {
     let cases: &[(&str, &str, &[u8], &[&str])] = &[
         ("open mesh", "open.obj", open.as_bytes(), &["open", "1 hole", "near", "thickness"]),
         ("flat mesh", "flat.obj", flat.as_bytes(), &["flat.obj"]),
-        ("crossing shells", "crossed.obj", crossed.as_bytes(), &["two shells cross near", "unite"]),
+        ("two solids", "apart.obj", apart.as_bytes(), &["2 separate shells", "unite them"]),
         ("NaN vertex", "nan.obj", b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["nan.obj", "line 1"]),
         (
             "index out of range",

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! mesh ─► weld ─► a good solid: as it is
-//!           └──► flat ─► seams ─► double, fins ─► winding ─► holes ─► shells ─► folds ─► check
+//!           └──► flat ─► seams ─► double, fins ─► winding ─► holes ─► shells ─► union ─► folds ─► check
 //! ```
 //!
 //! | fault | mended | otherwise |
@@ -11,7 +11,9 @@
 //! | cracks | vertices on open edges merge within [`SEAM`] of the diagonal | [`MeshError::Open`] |
 //! | triangles that face the other way, bodies inside out | turned | [`MeshError::OneSided`] |
 //! | holes | closed, up to a border of [`HOLE`] or [`TRIANGLE_HOLE`] diagonals | [`MeshError::Hole`] |
-//! | several shells | those below [`DUST`] of the largest are left out | [`MeshError::Shells`] |
+//! | several shells | those below [`DUST`] of the largest are left out | |
+//! | shells that touch or cross | united | [`MeshError::CrossingShells`] |
+//! | shells that are apart, or one in another | | [`MeshError::Shells`], [`MeshError::Nested`] |
 //! | folds | smoothed, by up to [`FOLD`] diagonals | [`MeshError::SelfIntersection`] |
 //!
 //! What is a solid already comes back with no bit changed, but for coincident vertices that merge. Everything
@@ -23,6 +25,10 @@ mod folds;
 mod holes;
 mod seams;
 mod shells;
+mod slivers;
+mod touching;
+mod union;
+mod unite;
 mod winding;
 
 use std::fmt;
@@ -33,6 +39,7 @@ use super::mesh_error::{MeshError, check_numbers};
 use super::solid::{SolidReport, check_solid, check_uncrossed};
 use super::topology::Topology;
 use super::tri_mesh::TriMesh;
+use unite::{NotUnited, unite_shells};
 
 /// Vertices closer than this fraction of the diagonal are one: files repeat them for each triangle.
 pub const SAME: f64 = 1e-9;
@@ -97,6 +104,8 @@ pub enum Fault {
         /// Their volume over that of the largest.
         share: f64,
     },
+    /// Shells that touched or crossed.
+    United,
     /// Vertices of triangles that crossed.
     Fold {
         /// Farthest that a vertex was moved, over the diagonal.
@@ -127,6 +136,9 @@ impl fmt::Display for Mend {
             Fault::Dust { share } => {
                 let shells = some("separate shell", "separate shells");
                 write!(f, "left out {shells} with {} % of the volume", two_digits(100.0 * share))
+            }
+            Fault::United => {
+                write!(f, "united {count} shells that touch or cross, as one piece of one material")
             }
             Fault::Fold { moved } => {
                 let vertices = some("vertex", "vertices");
@@ -163,12 +175,14 @@ pub fn mend(mesh: &TriMesh) -> Result<Mended, MeshError> {
     let mut work = Repair { mesh: welded, mends: Vec::new(), diagonal };
     faces::remove_flat(&mut work);
     seams::close_cracks(&mut work);
+    let mut touching = touching::separate(&mut work);
     faces::remove_double(&mut work)?;
     faces::remove_fins(&mut work);
     winding::turn_flipped(&mut work)?;
     holes::close_holes(&mut work)?;
+    touching = touching.or_else(|| touching::separate(&mut work));
     Topology::try_new(&work.mesh)?;
-    shells::keep_one_solid(&mut work)?;
+    make_one_solid(&mut work, touching)?;
     folds::smooth_folds(&mut work)?;
     let mesh = work.mesh.weld(0.0);
     let report = check_uncrossed(&mesh)?;
@@ -177,6 +191,22 @@ pub fn mend(mesh: &TriMesh) -> Result<Mended, MeshError> {
         return Err(MeshError::NoVolume { volume: report.mass.volume });
     }
     Ok(Mended { mesh, report, mends: work.mends })
+}
+
+/// Leaves one solid: drops what is too small, and unites what touches or crosses.
+///
+/// # Errors
+/// [`MeshError`] of what was wrong at first, where parts shared edges as given, if that fails.
+fn make_one_solid(work: &mut Repair, shared: Option<MeshError>) -> Result<(), MeshError> {
+    let first = match shells::keep_one_solid(work) {
+        Ok(()) => return Ok(()),
+        Err(error @ (MeshError::CrossingShells { .. } | MeshError::Shells { .. })) => shared.unwrap_or(error),
+        Err(error) => return Err(error),
+    };
+    unite_shells(work).map_err(|why| match why {
+        NotUnited::Left(error) => error,
+        NotUnited::Apart | NotUnited::Degenerate => first,
+    })
 }
 
 /// A mesh under repair.

@@ -45,3 +45,4 @@ mod shape_text;
 mod sound_source;
 mod strike;
 mod synthesis;
+mod united_parts;

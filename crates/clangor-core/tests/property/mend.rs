@@ -283,7 +283,6 @@ fn what_cannot_be_meant_is_refused_at_its_place() {
     let near = |e: &MeshError, x: DVec3, within: f64| match e {
         MeshError::Hole { position, .. }
         | MeshError::Nested { position }
-        | MeshError::CrossingShells { position }
         | MeshError::SelfIntersection { position, .. }
         | MeshError::Sheet { position }
         | MeshError::NonManifold { position, .. }
@@ -299,7 +298,7 @@ fn what_cannot_be_meant_is_refused_at_its_place() {
     let face = without(&|x| x.y > 0.049);
     near(&refused(&face), DVec3::Y * 0.05, 0.08);
     near(&refused(&joined(&face, &inverted(&face))), DVec3::Y * 0.05, 0.08);
-    // Two solids, apart, crossing, one in the other, sharing an edge.
+    // Two solids, apart, one in the other, sharing an edge.
     match refused(&joined(&cube, &shifted(&scaled(&cube, 0.5), DVec3::X * 0.2))) {
         MeshError::Shells { shells: 2, centres, share } => {
             assert!(centres[0].length() < 1e-12 && centres[1].distance(DVec3::X * 0.2) < 1e-12);
@@ -307,7 +306,6 @@ fn what_cannot_be_meant_is_refused_at_its_place() {
         }
         other => panic!("{other}"),
     }
-    near(&refused(&joined(&cube, &shifted(&cube, DVec3::new(0.03, 0.02, 0.01)))), DVec3::ZERO, 0.2);
     near(&refused(&joined(&cube, &scaled(&cube, 0.5))), DVec3::ZERO, 0.05);
     near(
         &refused(&joined(&cube, &shifted(&cube, DVec3::new(0.1, 0.1, 0.0)))),

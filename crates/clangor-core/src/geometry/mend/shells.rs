@@ -15,16 +15,19 @@ use super::{DUST, Fault, Repair};
 /// Crossings among which one of two shells is looked for.
 const MOST_CROSSINGS: usize = 10_000;
 
-struct Shell {
-    part: TriMesh,
-    triangles: Vec<usize>,
+/// A closed shell of a mesh.
+pub(super) struct Shell {
+    /// Its triangles, each with vertices of its own.
+    pub(super) part: TriMesh,
+    /// Their numbers in the mesh.
+    pub(super) triangles: Vec<usize>,
     /// Signed \[m³\].
-    volume: f64,
+    pub(super) volume: f64,
     bounds: (DVec3, DVec3),
 }
 
 impl Shell {
-    fn holds(&self, x: DVec3) -> bool {
+    pub(super) fn holds(&self, x: DVec3) -> bool {
         let (low, high) = self.bounds;
         x.cmpge(low).all() && x.cmple(high).all() && winding_number(&self.part, x).abs() > 0.5
     }
@@ -85,7 +88,7 @@ pub(super) fn refuse_crossing_shells(
 }
 
 /// The shells, the largest first.
-fn shells_of(mesh: &TriMesh) -> Vec<Shell> {
+pub(super) fn shells_of(mesh: &TriMesh) -> Vec<Shell> {
     let (count, patch) = patches(&Sides::new(mesh).across(mesh.triangles.len()));
     let mut members = vec![Vec::new(); count];
     patch.iter().enumerate().for_each(|(t, k)| members[*k].push(t));
@@ -115,7 +118,7 @@ fn drop_dust(work: &mut Repair, shells: Vec<Shell>) -> Vec<Shell> {
 }
 
 /// Turns everything if the largest shell is inside out, then every other shell that lies in none and is.
-fn turn_outwards(work: &mut Repair, mut shells: Vec<Shell>) -> Vec<Shell> {
+pub(super) fn turn_outwards(work: &mut Repair, mut shells: Vec<Shell>) -> Vec<Shell> {
     if shells.first().is_some_and(|s| s.volume < 0.0) {
         let position = shells[0].part.vertices[0];
         (0..shells.len()).for_each(|k| turn(work, &mut shells[k]));

@@ -2,6 +2,7 @@
 
 pub(crate) mod bessel;
 pub(crate) mod complex_root;
+pub mod disjoint_sets;
 pub(crate) mod elliptic;
 pub(crate) mod hankel;
 pub mod radial;

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::math::disjoint_sets::DisjointSets;
 use glam::DVec3;
 
 use crate::mesh::tetrahedra::isosurface_stuffing::wall_quantile;
@@ -98,25 +99,19 @@ pub(crate) fn inner_edges_of_walls(mesh: &TriMesh, walls: &Walls) -> Vec<[DVec3;
 
 /// The edges that hang together with others up to less than a length \[m\].
 fn short_chains(edges: &[[DVec3; 2]], length: f64) -> Vec<[DVec3; 2]> {
-    let mut chains: Vec<usize> = (0..edges.len()).collect();
-    let root = |chains: &[usize], mut edge: usize| {
-        while chains[edge] != edge {
-            edge = chains[edge];
-        }
-        edge
-    };
+    let mut chains = DisjointSets::new(edges.len());
     let mut at: HashMap<[u64; 3], usize> = HashMap::with_capacity(2 * edges.len());
     for (edge, ends) in edges.iter().enumerate() {
         for end in ends {
             let other = *at.entry(end.to_array().map(f64::to_bits)).or_insert(edge);
-            let (a, b) = (root(&chains, edge), root(&chains, other));
-            chains[a] = b;
+            chains.join(edge, other);
         }
     }
+    let roots: Vec<usize> = (0..edges.len()).map(|edge| chains.root(edge)).collect();
     let mut lengths = vec![0.0; edges.len()];
-    edges.iter().enumerate().for_each(|(k, [a, b])| lengths[root(&chains, k)] += a.distance(*b));
-    let short = |k: &usize| lengths[root(&chains, *k)] < length;
-    (0..edges.len()).filter(short).map(|k| edges[k]).collect()
+    edges.iter().zip(&roots).for_each(|([a, b], root)| lengths[*root] += a.distance(*b));
+    let short = edges.iter().zip(&roots).filter(|(_, root)| lengths[**root] < length);
+    short.map(|(ends, _)| *ends).collect()
 }
 
 /// Length of all sharp inner edges between walls that go on for a length \[m\].

@@ -239,6 +239,18 @@ fn all_errors_of_a_scene_are_told_at_once() {
     );
 }
 
+#[test]
+fn meshes_of_other_kinds_are_no_shapes() {
+    let folder = tempfile::tempdir().unwrap();
+    let wanted = |name: &'static str| [name, "a mesh file ends in .obj", "export it"];
+    let modes = ["modes", "part.3mf", "--material", "steel"];
+    refuse("a kind of mesh that is not read", folder.path(), &modes, &wanted("part.3mf"));
+    fs::write(folder.path().join("scene.toml"), GOOD.replace("sphere:0.01", "part.fbx")).unwrap();
+    refuse("the same as a shape", folder.path(), &["check", "scene.toml"], &wanted("part.fbx"));
+    fs::write(folder.path().join("scene.toml"), GOOD.replace("sphere:0.01", "sphera:0.01")).unwrap();
+    refuse("a name", folder.path(), &["check", "scene.toml"], &["did you mean `sphere`?"]);
+}
+
 const CUBE_CORNERS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
 const CUBE_FACES: [&str; 6] = ["f 4 3 2 1", "f 5 6 7 8", "f 1 2 6 5", "f 3 4 8 7", "f 2 3 7 6", "f 1 5 8 4"];
 

@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::mesh_error::MeshError;
 use super::topology::Topology;
 use super::tri_mesh::TriMesh;
+use crate::math::disjoint_sets::DisjointSets;
 
 /// A component of a surface.
 pub(super) struct Component {
@@ -72,22 +73,14 @@ pub fn outer_triangles(mesh: &TriMesh) -> Option<Vec<bool>> {
 
 /// Whether all triangles hang together by their vertices: most meshes do, and are told so in little time.
 fn hangs_together(mesh: &TriMesh) -> bool {
-    let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
-    let root = |parent: &mut Vec<u32>, mut of: u32| {
-        while parent[of as usize] != of {
-            parent[of as usize] = parent[parent[of as usize] as usize];
-            of = parent[of as usize];
-        }
-        of
-    };
-    for [a, b, c] in &mesh.triangles {
-        let [a, b, c] = [*a, *b, *c].map(|n| root(&mut parent, n));
-        let least = a.min(b).min(c);
-        [a, b, c].into_iter().for_each(|n| parent[n as usize] = least);
+    let mut sets = DisjointSets::new(mesh.vertices.len());
+    for [a, b, c] in mesh.triangles.iter().map(|corners| corners.map(|n| n as usize)) {
+        sets.join(a, b);
+        sets.join(a, c);
     }
-    let mut roots = mesh.triangles.iter().map(|[a, ..]| *a);
-    let first = roots.next().map(|n| root(&mut parent, n));
-    roots.all(|n| Some(root(&mut parent, n)) == first)
+    let mut corners = mesh.triangles.iter().map(|[a, ..]| *a as usize);
+    let first = corners.next().map(|n| sets.root(n));
+    corners.all(|n| Some(sets.root(n)) == first)
 }
 
 /// Signed volume [m³] from tetrahedra to `reference`.

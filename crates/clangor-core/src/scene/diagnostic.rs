@@ -377,8 +377,13 @@ impl Problem {
 }
 
 /// The correction of an invalid shape.
-fn shape_remedy(error: &ShapeError) -> String {
+pub(in crate::scene) fn shape_remedy(error: &ShapeError) -> String {
     match error {
+        ShapeError::UnknownName { name, .. } if is_file_name(name) => {
+            "a mesh file ends in .obj, .ply, .stl, .gltf or .glb, and is a `mesh` in a scene: export it as \
+             one of these"
+                .into()
+        }
         ShapeError::UnknownName { name, known } => match nearest(name, known.split(", ")) {
             Some(nearest) => format!("did you mean `{nearest}`?"),
             None => "write one of these names".into(),
@@ -388,6 +393,14 @@ fn shape_remedy(error: &ShapeError) -> String {
         ShapeError::Edge { .. } => "choose another edge length after @, or leave it out".into(),
         ShapeError::Mesh(_) => "change the sizes of the shape".into(),
     }
+}
+
+/// Whether a text ends as the name of a file does.
+fn is_file_name(text: &str) -> bool {
+    let ending = text.rsplit_once('.').map_or("", |(_, ending)| ending);
+    (2..=7).contains(&ending.len())
+        && ending.chars().all(|c| c.is_ascii_alphanumeric())
+        && ending.contains(|c: char| c.is_ascii_alphabetic())
 }
 
 /// Known names that a message shows.

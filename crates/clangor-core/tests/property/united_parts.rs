@@ -43,6 +43,14 @@ fn as_stl(mesh: &TriMesh) -> TriMesh {
     TriMesh { vertices, triangles }
 }
 
+/// The same triangles in another order.
+fn shuffled(mut mesh: TriMesh, random: &mut SplitMix) -> TriMesh {
+    for k in (1..mesh.triangles.len()).rev() {
+        mesh.triangles.swap(k, random.uniform(0.0, k as f64 + 1.0) as usize);
+    }
+    mesh
+}
+
 /// Number of parts that were united.
 fn united(mended: &Mended) -> Option<usize> {
     mended.mends.iter().find(|mend| mend.fault == Fault::United).map(|mend| mend.count)
@@ -75,7 +83,7 @@ fn cells(boxes: &[[[i32; 3]; 2]]) -> usize {
 
 #[test]
 fn property_boxes_have_the_volume_of_their_cells() {
-    // Seen: 1028 boxes united, none refused, volumes off by up to 1.3e-5.
+    // Seen: 1020 boxes united, one set of triangles in random order refused, volumes off by up to 1.3e-5.
     let (edge, mut refused, mut worst) = (0.02, 0, 0.0_f64);
     let mut together = 0;
     for seed in 0..200 {
@@ -83,7 +91,12 @@ fn property_boxes_have_the_volume_of_their_cells() {
         let boxes = boxes_on_a_grid(&mut random);
         let at = |x: [i32; 3]| edge * DVec3::from_array(x.map(f64::from));
         let parts: Vec<TriMesh> = boxes.iter().map(|[low, high]| cuboid(at(*low), at(*high))).collect();
-        let mesh = if seed % 2 == 0 { joined(&parts) } else { as_stl(&joined(&parts)) };
+        let mesh = match seed % 4 {
+            0 | 2 => joined(&parts),
+            1 => as_stl(&joined(&parts)),
+            // Where a part ends is not known from the order of its triangles.
+            _ => as_stl(&shuffled(joined(&parts), &mut random)),
+        };
         let volume = cells(&boxes) as f64 * edge.powi(3);
         match mend(&mesh) {
             Ok(mended) => {
@@ -93,7 +106,7 @@ fn property_boxes_have_the_volume_of_their_cells() {
                 worst = worst.max(error);
             }
             Err(error) => {
-                println!("seed {seed}: {error}");
+                println!("seed {seed} of {} boxes: {error}", boxes.len());
                 refused += 1;
             }
         }

@@ -4,9 +4,10 @@
 //! Bodies that touch and jump together are one event, and the impulses at all of its points are those that
 //! explain the jumps best. A body that does not jump, a plane, and a body that nothing moves take what is
 //! left; so does one that a hand leads (`led_members`). Joints of the scene make a contact heavier
-//! (`joined_members`). Bodies that have one impact alone come first
-//! (`clean_first`). What is not released at its first frame but carried (`releases`) has no impact before the
-//! second.
+//! (`joined_members`). Bodies that have one impact alone come first (`clean_first`). Where a body is pushed
+//! off what it does not approach, as one that turns on a corner until the next one lands, the instant is
+//! another one within a frame. What is not released at its first frame but carried (`releases`) has no impact
+//! before the second.
 //!
 //! The confidence of an impact is the explained share of the energy of the jumps of its event. Approaches
 //! below the threshold of sound, and those of a body that a support holds, are rows of lasting contact.
@@ -303,14 +304,19 @@ impl<'a> Scene<'a> {
         for (factor, part) in here.into_iter().chain(elsewhere) {
             // The instant of a body with one impact alone is exact, as is that of one that is released.
             let is_exact = search == Search::Clean || windows[first].first == 0;
-            if part != 0.0 && (best.is_some() || is_exact) {
+            let is_hit = best.as_ref().is_some_and(|(event, _)| !event.is_pushed_without_approach());
+            if part != 0.0 && (is_hit || is_exact) {
                 break;
             }
             let instant = (time + part * span).max(0.0);
             let near = Near { time: instant, factor, search };
             let Some((event, used)) = self.event_within(windows, first, done, near) else { continue };
-            let is_good = event.residual < POOR;
-            if best.as_ref().is_none_or(|(found, _)| event.residual < 0.7 * found.residual) {
+            let is_good = event.residual < POOR && !event.is_pushed_without_approach();
+            let is_better = |(found, _): &(Event, Vec<usize>)| match part == 0.0 {
+                true => event.residual < 0.7 * found.residual,
+                false => is_good,
+            };
+            if best.as_ref().is_none_or(is_better) {
                 best = Some((event, used));
             }
             if is_good {

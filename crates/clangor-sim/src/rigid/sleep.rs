@@ -5,6 +5,7 @@
 //! holds. Contact with one body of an island wakes the whole island.
 
 use clangor_core::body::BodyId;
+use clangor_core::math::disjoint_sets::DisjointSets;
 use clangor_core::timeline::{ContactKind, ContactRow};
 use glam::DVec3;
 
@@ -37,23 +38,22 @@ pub(super) fn fall_asleep(
     // turns.
     let fall = step.gravity.length() * step.length * step.length;
     let near = 2.0 * (SLOP + 2.0 * SLEEP_SPEED * step.length + fall);
-    let mut parent: Vec<usize> = (0..bodies.len()).collect();
+    let mut islands = DisjointSets::new(bodies.len());
     for pair in pairs.iter().filter(|p| p.live) {
         let (a, b) = (pair.key.a as usize, pair.key.b as usize);
         let both_free = bodies[a].is_free() && bodies[b].is_free();
         if both_free && pair.points.iter().any(|p| p.impulse_n > 0.0 || p.gap < near) {
-            let (a, b) = (root(&mut parent, a), root(&mut parent, b));
-            parent[a.max(b)] = a.min(b);
+            islands.join(a, b);
         }
     }
     let mut shortest = vec![f64::INFINITY; bodies.len()];
     for i in (0..bodies.len()).filter(|&i| bodies[i].is_free()) {
-        let island = root(&mut parent, i);
+        let island = islands.root(i);
         let quiet = if restless[i] || bodies[i].grip().is_some() { 0.0 } else { bodies[i].quiet };
         shortest[island] = shortest[island].min(quiet);
     }
     for (i, body) in bodies.iter_mut().enumerate() {
-        let island = root(&mut parent, i);
+        let island = islands.root(i);
         if !body.is_awake() || shortest[island] <= SLEEP_TIME {
             continue;
         }
@@ -79,14 +79,6 @@ pub(super) fn fall_asleep(
         log.end();
         body.stop();
     }
-}
-
-fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
 }
 
 /// Wakes the sleeping bodies that moving bodies are about to touch in this step.

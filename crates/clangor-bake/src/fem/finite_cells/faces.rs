@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use clangor_core::geometry::surface_tree::SurfaceTree;
 use clangor_core::geometry::topology::Topology;
 use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::math::disjoint_sets::DisjointSets;
 use glam::DVec3;
 
 use super::division::Division;
@@ -196,14 +197,13 @@ impl Faces {
 
     /// The face of each of some triangles, from 0.
     fn faces_of(&self, near: &[u32]) -> Vec<usize> {
-        let mut parent: Vec<usize> = (0..near.len()).collect();
+        let mut faces = DisjointSets::new(near.len());
         for (k, t) in near.iter().enumerate() {
             for side in 0..3 {
                 if self.sides[*t as usize][side] == Side::Smooth
                     && let Ok(other) = near.binary_search(&self.neighbours[*t as usize][side])
                 {
-                    let (a, b) = (root(&mut parent, k), root(&mut parent, other));
-                    parent[a.max(b)] = a.min(b);
+                    faces.join(k, other);
                 }
             }
         }
@@ -211,7 +211,7 @@ impl Faces {
         (0..near.len())
             .map(|k| {
                 let next = numbers.len();
-                *numbers.entry(root(&mut parent, k)).or_insert(next)
+                *numbers.entry(faces.root(k)).or_insert(next)
             })
             .collect()
     }
@@ -288,14 +288,6 @@ fn grouped(faces: &[usize], pairs: &[[usize; 2]], apart: impl Fn(usize, usize) -
         }
     }
     sets
-}
-
-fn root(parent: &mut [usize], mut of: usize) -> usize {
-    while parent[of] != of {
-        parent[of] = parent[parent[of]];
-        of = parent[of];
-    }
-    of
 }
 
 /// What side k of a triangle is, with a neighbour across it.

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use clangor_core::math::disjoint_sets::DisjointSets;
 use glam::DVec3;
 
 use super::basis::Basis;
@@ -13,25 +14,6 @@ use super::hanging::{HangingFace, hanging_faces};
 use super::levels::{Element, Level};
 use super::parts::{Cell, Parts};
 use super::sections::{OVERLAP, ROUNDING, moved_section, overlaps};
-
-/// Sets of equals.
-struct Sets(Vec<u32>);
-
-impl Sets {
-    fn root(&mut self, mut of: usize) -> usize {
-        while self.0[of] as usize != of {
-            let above = self.0[self.0[of] as usize];
-            self.0[of] = above;
-            of = above as usize;
-        }
-        of
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b)] = a.min(b) as u32;
-    }
-}
 
 /// A node of a grid: its level, its place in the lattice, and the first of its copies.
 type Key = (usize, [usize; 3], u32);
@@ -41,7 +23,7 @@ pub(super) fn numbered(levels: &[Level], basis: &Basis) -> (Vec<Element>, Vec<DV
     let (mut hanging, apart) = hanging_faces(levels);
     let mut copies = Copies::of(levels, basis, &mut hanging, apart);
     let distinct = copies.distinct(levels, basis);
-    let (all, count) = (copies.all, copies.nodes.0.len() / copies.all);
+    let (all, count) = (copies.all, copies.nodes.count() / copies.all);
     let number = |copies: &mut Copies, part: usize, k: usize| {
         let key = copies.key(levels, basis, part, k);
         distinct.partition_point(|other| *other < key)
@@ -95,7 +77,7 @@ pub(super) fn numbered(levels: &[Level], basis: &Basis) -> (Vec<Element>, Vec<DV
 
 /// The nodes of all parts, and which of them are one.
 struct Copies {
-    nodes: Sets,
+    nodes: DisjointSets,
     /// Nodes of a cell.
     all: usize,
 }
@@ -106,15 +88,16 @@ impl Copies {
         let local = degree + 1;
         let all = local.pow(3);
         let count: usize = levels.iter().map(|level| level.body.parts.len()).sum();
-        let mut nodes = Sets((0..(count * all) as u32).collect());
-        let mut bodies = Sets((0..count as u32).collect());
-        let share = |(nodes, bodies): (&mut Sets, &mut Sets), pair: [usize; 2], axis: usize| {
-            bodies.join(pair[0], pair[1]);
-            let step = [local * local, local, 1][axis];
-            for k in basis.on_face(axis, false) {
-                nodes.join(pair[0] * all + k + degree * step, pair[1] * all + k);
-            }
-        };
+        let mut nodes = DisjointSets::new(count * all);
+        let mut bodies = DisjointSets::new(count);
+        let share =
+            |(nodes, bodies): (&mut DisjointSets, &mut DisjointSets), pair: [usize; 2], axis: usize| {
+                bodies.join(pair[0], pair[1]);
+                let step = [local * local, local, 1][axis];
+                for k in basis.on_face(axis, false) {
+                    nodes.join(pair[0] * all + k + degree * step, pair[1] * all + k);
+                }
+            };
         for level in levels {
             level.body.ties.iter().for_each(|tie| {
                 bodies.join(level.first + tie.parts[0], level.first + tie.parts[1]);
@@ -199,7 +182,7 @@ impl Copies {
     fn distinct(&mut self, levels: &[Level], basis: &Basis) -> Vec<Key> {
         let all = self.all;
         let mut keys: Vec<Key> =
-            (0..self.nodes.0.len()).map(|n| self.key(levels, basis, n / all, n % all)).collect();
+            (0..self.nodes.count()).map(|n| self.key(levels, basis, n / all, n % all)).collect();
         keys.sort_unstable();
         keys.dedup();
         keys

@@ -17,6 +17,7 @@ use super::super::topology::Topology;
 use super::super::tri_mesh::TriMesh;
 use super::Repair;
 use super::edges::{Side, Sides};
+use crate::math::disjoint_sets::DisjointSets;
 
 /// Largest angle between triangles that lie on each other \[rad\].
 const SAME_ANGLE: f64 = 1e-6;
@@ -62,24 +63,24 @@ fn in_runs(mesh: &TriMesh) -> TriMesh {
 
 /// The mesh with shells that share no edge; `None` where triangles around an edge do not bound parts.
 fn separated(mesh: &TriMesh) -> Option<TriMesh> {
-    let mut groups: Vec<u32> = (0..3 * mesh.triangles.len() as u32).collect();
+    let mut groups = DisjointSets::new(3 * mesh.triangles.len());
     for edge in Sides::new(mesh).edges() {
         for [a, b] in pairs(mesh, edge)? {
             for end in [a.low, a.high] {
                 let [a, b] = [a, b].map(|side| corner(mesh, side, end));
-                join(&mut groups, a, b);
+                groups.join(a, b);
             }
         }
     }
-    let mut places = vec![u32::MAX; groups.len()];
+    let mut places = vec![u32::MAX; groups.count()];
     let mut vertices = Vec::new();
     let mut triangles = Vec::with_capacity(mesh.triangles.len());
     for (t, corners) in mesh.triangles.iter().enumerate() {
         triangles.push([0, 1, 2].map(|k| {
-            let root = root(&mut groups, 3 * t as u32 + k) as usize;
+            let root = groups.root(3 * t + k);
             if places[root] == u32::MAX {
                 places[root] = vertices.len() as u32;
-                vertices.push(mesh.vertices[corners[k as usize] as usize]);
+                vertices.push(mesh.vertices[corners[k] as usize]);
             }
             places[root]
         }));
@@ -144,21 +145,8 @@ fn pairs(mesh: &TriMesh, edge: &[Side]) -> Option<Vec<[Side; 2]>> {
 }
 
 /// The corner of a side at one end of its edge, numbered over all triangles.
-fn corner(mesh: &TriMesh, side: Side, end: u32) -> u32 {
+fn corner(mesh: &TriMesh, side: Side, end: u32) -> usize {
     let corners = mesh.triangles[side.triangle as usize];
     let slot = (0..3).find(|k| corners[*k] == end).unwrap_or(0);
-    3 * side.triangle + slot as u32
-}
-
-fn root(groups: &mut [u32], mut of: u32) -> u32 {
-    while groups[of as usize] != of {
-        groups[of as usize] = groups[groups[of as usize] as usize];
-        of = groups[of as usize];
-    }
-    of
-}
-
-fn join(groups: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (root(groups, a), root(groups, b));
-    groups[a.max(b) as usize] = a.min(b);
+    3 * side.triangle as usize + slot
 }

@@ -26,8 +26,9 @@ const GROWTHS: [f64; 5] = [1e-6, 1.5e-6, 2e-6, 5e-6, 1e-5];
 const RANDOM: f64 = 0.3;
 /// Smallest cosine between the direction in which a vertex moves and the normals around it.
 const SHARPEST: f64 = 0.3;
-/// Least area of a surface within the other solid, over that of the smaller one.
-const JOINT: f64 = 1e-4;
+/// Least area of a surface within the other solid, in the growth times the root of the area of the smaller
+/// one. Seen: 6 of tetrahedra that share an edge, 2 of blocks, 0.1 of a ball on a plate; 1800 of parts.
+const JOINT: f64 = 15.0;
 /// Triangles lower than this are slivers between two unions, in growths.
 const SLIVER: f64 = 0.2;
 /// The same afterwards, one after the other until the surface bounds a solid.
@@ -108,7 +109,7 @@ fn united(
         let mut apart = Vec::new();
         for k in left {
             match union(&whole.mesh, &all[k].mesh).map_err(|Degenerate| NotUnited::Degenerate)? {
-                Some(both) if is_joint(&both, &whole, &all[k]) => {
+                Some(both) if is_joint(&both, [&whole, &all[k]], growth) => {
                     meeting = meeting.or(Some(both.position));
                     whole = whole.with(&all[k], both, growth);
                 }
@@ -132,9 +133,10 @@ fn united(
 }
 
 /// Whether solids meet in faces, and not in points or lines only.
-fn is_joint(both: &Union, first: &Solid, second: &Solid) -> bool {
+fn is_joint(both: &Union, solids: [&Solid; 2], growth: f64) -> bool {
     let covered = both.covered[0].max(both.covered[1]);
-    covered >= JOINT * first.area.min(second.area)
+    let [first, second] = solids.map(|solid| solid.area);
+    covered >= JOINT * growth * first.min(second).sqrt()
 }
 
 /// Whether a solid lies within the union of others, of which it crosses one.

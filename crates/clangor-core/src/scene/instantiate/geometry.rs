@@ -9,7 +9,8 @@ use crate::geometry::convex::ConvexPart;
 use crate::geometry::mass_properties::MassProperties;
 use crate::geometry::principal_curvature::Curvature;
 use crate::scene::body_description::{Geometry, GeometryReference};
-use crate::shape::{Form, Shape};
+use crate::scene::diagnostic::shape_remedy;
+use crate::shape::{Form, Shape, ShapeError};
 
 /// Geometry of a body, as the loader returns it.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,9 +80,10 @@ pub fn load_shape(reference: &GeometryReference) -> Result<LoadedGeometry, Geome
             remedy: "use a shape of the library".into(),
         });
     };
-    let refuse = |reason: String| GeometryError { reason, remedy: "change the sizes of the shape".into() };
-    let shape = Shape::parse(text).map_err(|e| refuse(e.to_string()))?;
-    let (surface, mass) = shape.surface().map_err(|e| refuse(e.to_string()))?;
+    let refuse =
+        |error: ShapeError| GeometryError { reason: error.to_string(), remedy: shape_remedy(&error) };
+    let shape = Shape::parse(text).map_err(refuse)?;
+    let (surface, mass) = shape.surface().map_err(|error| refuse(ShapeError::Mesh(error)))?;
     let (surface, mass) = match reference.scale {
         1.0 => (surface, mass),
         scale => (surface.scaled(scale), mass.scaled(scale)),

@@ -196,6 +196,11 @@ fn parts_that_meet_in_a_point_or_not_at_all_are_apart() {
             "{case}: {error}"
         );
     }
+    // Gaps of rounding, in the diagonal of 0.3 m.
+    for (gap, closes) in [(0.9e-6, true), (0.9e-5, true), (5e-5, false)] {
+        let leg = cuboid(DVec3::new(0.0, 0.0, -0.1), DVec3::new(0.02, 0.02, -0.3 * gap));
+        assert_eq!(mend(&joined(&[plate.clone(), leg])).is_ok(), closes, "{gap:e}");
+    }
     // Two that touch, and one apart from both.
     let block = cuboid(DVec3::new(0.05, 0.05, 0.01), DVec3::new(0.1, 0.1, 0.05));
     let error = mend(&joined(&[plate.clone(), block.clone(), leg])).unwrap_err();

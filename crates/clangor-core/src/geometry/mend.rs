@@ -193,10 +193,11 @@ pub fn mend(mesh: &TriMesh) -> Result<Mended, MeshError> {
     Ok(Mended { mesh, report, mends: work.mends })
 }
 
-/// Leaves one solid: drops what is too small, and unites what touches or crosses.
+/// Leaves one solid: drops what is too small, and unites what touches or crosses. `shared` is the error of
+/// parts that shared edges.
 ///
 /// # Errors
-/// [`MeshError`] of what was wrong at first, where parts shared edges as given, if that fails.
+/// [`MeshError`]: that of parts that shared edges, where these cannot be united.
 fn make_one_solid(work: &mut Repair, shared: Option<MeshError>) -> Result<(), MeshError> {
     let first = match shells::keep_one_solid(work) {
         Ok(()) => return Ok(()),

@@ -5,9 +5,8 @@
 //! explain the jumps best. A body that does not jump, a plane, and a body that nothing moves take what is
 //! left; so does one that a hand leads (`led_members`). Joints of the scene make a contact heavier
 //! (`joined_members`). Bodies that have one impact alone come first (`clean_first`). Where a body is pushed
-//! off what it does not approach, as one that turns on a corner until the next one lands, the instant is
-//! another one within a frame. What is not released at its first frame but carried (`releases`) has no impact
-//! before the second.
+//! off what it does not approach, the instant is another one within a frame (`wrong_instants`). What is not
+//! released at its first frame but carried (`releases`) has no impact before the second.
 //!
 //! The confidence of an impact is the explained share of the energy of the jumps of its event. Approaches
 //! below the threshold of sound, and those of a body that a support holds, are rows of lasting contact.
@@ -22,6 +21,7 @@ mod meetings;
 mod reach;
 mod releases;
 mod rolling;
+mod wrong_instants;
 
 use std::collections::BTreeMap;
 use std::ops::Range;

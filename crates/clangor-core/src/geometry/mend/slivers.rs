@@ -1,13 +1,14 @@
 //! Slivers of a closed surface: triangles of next to no height, as the [`union`](super::union) leaves them
-//! where faces nearly coincide. An edge shorter than the height collapses; of a triangle with a corner close
-//! to its longest side, that side is turned. The surface moves by the height at most, and stays closed.
+//! where faces nearly coincide. Short edges collapse. Of a triangle with a corner close to its longest side,
+//! that side is turned; where the surface does not allow that, another side collapses along the planes around
+//! it. Each step moves the surface by two heights at most, and it stays closed.
 
 use glam::DVec3;
 
 use super::super::tri_mesh::TriMesh;
 use super::union::compact;
 
-/// Edges up to this collapse, in heights.
+/// Edges up to this collapse, and vertices leave the planes around them by this at most, in heights.
 const SHORT: f64 = 2.0;
 /// Rounds over all triangles.
 const ROUNDS: usize = 32;
@@ -74,7 +75,7 @@ impl Surface {
         self.triangles[t].is_some_and(|corners| self.is_low_with(corners))
     }
 
-    /// Collapses edges shorter than the height, the shortest first, onto the end of the lower number; their
+    /// Collapses short edges, the shortest first, onto the end of the lower number; their
     /// number.
     fn collapse_short_edges(&mut self) -> usize {
         let sides = self.triangles.iter().flatten().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
@@ -230,6 +231,7 @@ mod tests {
             (0..mesh.triangles.len()).filter(|t| surface.is_low(*t)).count()
         };
         assert!(low(&mesh) >= 3 && low(&tidy) == 0, "{} {}", low(&mesh), low(&tidy));
+        // Seen: 1.7e-8.
         assert!((volume(&tidy) - volume(&mesh)).abs() < 1e-6);
     }
 }

@@ -19,7 +19,7 @@
 mod divide;
 mod lines;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeSet, HashSet};
 
 use glam::DVec3;
 
@@ -41,8 +41,8 @@ pub(super) struct Union {
     /// The vertex of the first solid, or of the second after those of the first, that each vertex is; `None`
     /// where the surfaces cross.
     pub(super) sources: Vec<Option<u32>>,
-    /// Area of each surface that lies within the other solid \[m²\].
-    pub(super) covered: [f64; 2],
+    /// Area of one surface that lies within the other solid, the larger one \[m²\].
+    pub(super) covered: f64,
     /// Where the surfaces cross.
     pub(super) position: DVec3,
 }
@@ -83,7 +83,7 @@ pub(super) fn union(first: &TriMesh, second: &TriMesh) -> Result<Option<Union>, 
     outside.extend(others);
     let (mesh, kept) = compact(&vertices, &outside);
     let sources = kept.into_iter().map(|v| Some(v).filter(|v| (*v as usize) < both.vertices.len())).collect();
-    Ok(Some(Union { mesh, sources, covered: [covered_first, covered_second], position }))
+    Ok(Some(Union { mesh, sources, covered: covered_first.max(covered_second), position }))
 }
 
 /// Two meshes in one, the triangles and vertices of the first before those of the second.
@@ -155,8 +155,8 @@ fn outside(
 
 /// Some triangles with the vertices that they use, and the numbers that these had.
 pub(super) fn compact(vertices: &[DVec3], triangles: &[[u32; 3]]) -> (TriMesh, Vec<u32>) {
-    let used: BTreeMap<u32, ()> = triangles.iter().flatten().map(|v| (*v, ())).collect();
-    let kept: Vec<u32> = used.into_keys().collect();
+    let used: BTreeSet<u32> = triangles.iter().flatten().copied().collect();
+    let kept: Vec<u32> = used.into_iter().collect();
     let mut place = vec![u32::MAX; vertices.len()];
     kept.iter().enumerate().for_each(|(k, v)| place[*v as usize] = k as u32);
     let mesh = TriMesh {

@@ -134,9 +134,8 @@ fn united(
 
 /// Whether solids meet in faces, and not in points or lines only.
 fn is_joint(both: &Union, solids: [&Solid; 2], growth: f64) -> bool {
-    let covered = both.covered[0].max(both.covered[1]);
     let [first, second] = solids.map(|solid| solid.area);
-    covered >= JOINT * growth * first.min(second).sqrt()
+    both.covered >= JOINT * growth * first.min(second).sqrt()
 }
 
 /// Whether a solid lies within the union of others, of which it crosses one.

@@ -173,28 +173,13 @@ impl Scene<'_> {
 }
 
 /// How fast a pair of an event approaches at its fastest point [m/s], and the share of that which comes back.
-struct Approach {
-    speed: f64,
+pub(super) struct Approach {
+    pub(super) speed: f64,
     returned: f64,
 }
 
-/// Least approach of an impact on a body that nothing else moves, in the change of its velocity.
-const APPROACH: f64 = 0.25;
-
 impl Event {
-    /// Whether one body is pushed off others that nothing moves, which it does not approach: the instant of
-    /// its impact is another one.
-    pub(super) fn is_pushed_without_approach(&self) -> bool {
-        let [first, others @ ..] = &self.members[..] else { return false };
-        if others.iter().any(|other| other.fit.inverse_mass > 0.0 || other.is_led) {
-            return false;
-        }
-        let jump = first.window.map_or(0.0, |window| window.velocity.length());
-        let speeds = (1..self.members.len()).map(|place| self.approach([0, place]).speed);
-        speeds.fold(0.0, f64::max) < APPROACH * jump
-    }
-
-    fn approach(&self, pair: [usize; 2]) -> Approach {
+    pub(super) fn approach(&self, pair: [usize; 2]) -> Approach {
         let [a, b] = pair.map(|place| self.members[place]);
         let [of_a, of_b] = pair.map(|place| self.change_of(place));
         let (mut before, mut after, mut speed) = (0.0, 0.0, 0.0_f64);

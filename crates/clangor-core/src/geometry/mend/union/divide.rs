@@ -124,6 +124,7 @@ mod tests {
             });
             let areas: Vec<DVec3> = areas.collect();
             assert!(areas.iter().all(|own| own.dot(area) > 0.0), "{areas:?}");
+            // Seen: 5.6e-17.
             assert!(areas.into_iter().sum::<DVec3>().distance(area) < 1e-15);
         }
     }

@@ -9,8 +9,16 @@
 //! ```
 //!
 //! with the size e far from corners, e₀ that of the coarsest mesh, and s the shorter side at the corner
-//! or the distance to other sides. So all errors are at least of order two in e, and every finer mesh is
-//! finer at every corner: two meshes that are alike there show no error.
+//! or the distance to other sides. So all errors are at least of order two in e where the mesh is finer at
+//! every corner. Triangles fill an outline, so that they are not always as small as asked for, and two meshes
+//! that are alike at the corners show no error. Of the error at the corners,
+//!
+//! ```text
+//! q = Σ s h_fine / Σ s h_coarse,    h² = 2 max A
+//! ```
+//!
+//! is left, A the areas of the triangles at a corner. The stress around it is that of the plate over a
+//! distance s, so that its error has the weight s² (h/s)^(2α), about s h.
 
 use glam::DVec2;
 
@@ -53,19 +61,13 @@ struct InnerCorner {
 impl PlateSizes {
     /// With sides of `edge` \[m\] far from corners.
     pub(super) fn new(plate: &FlatPlate, edge: f64, at: CornerSizes) -> Self {
-        let outline = &plate.outline;
-        let count = outline.len();
         let inner = |k: usize| {
-            let [before, place, after] = [k + count - 1, k, k + 1].map(|k| outline[k % count]);
-            let (u, v) = (place - before, after - place);
-            let across = (k + 1..k + count - 1)
-                .map(|other| distance(place, [other, other + 1].map(|k| outline[k % count])));
-            let side = across.fold(u.length().min(v.length()), f64::min);
+            let side = inner_corner(&plate.outline, k)?;
             let size = at.part * (at.of_sides * side).min(at.coarsest);
             let most = (size + 0.5 * GROWTH * side).min(edge);
-            (u.angle_to(v) < -SHARP && size < edge).then_some(InnerCorner { place, size, most })
+            (size < edge).then_some(InnerCorner { place: plate.outline[k], size, most })
         };
-        PlateSizes { edge, corners: (0..count).filter_map(inner).collect() }
+        PlateSizes { edge, corners: (0..plate.outline.len()).filter_map(inner).collect() }
     }
 
     /// Size at a point \[m\].
@@ -107,6 +109,26 @@ impl PlateSizes {
         let around = 6.0 * std::f64::consts::PI / (3.0_f64.sqrt() * GROWTH * GROWTH);
         self.corners.iter().map(|corner| around * (corner.most / corner.size).ln()).sum()
     }
+}
+
+/// Σ s h over the inner corners of an outline that is filled with triangles \[m²\].
+pub(super) fn error_at_corners(outline: &[DVec2], triangles: &[[DVec2; 3]]) -> f64 {
+    let size_at = |corner: DVec2| {
+        let around = triangles.iter().filter(|triangle| triangle.contains(&corner));
+        around.map(|[a, b, c]| (*b - *a).perp_dot(*c - *a).abs().sqrt()).fold(0.0, f64::max)
+    };
+    (0..outline.len()).filter_map(|k| Some(inner_corner(outline, k)? * size_at(outline[k]))).sum()
+}
+
+/// The shorter side at a corner of an outline, or the distance to other sides \[m\]; `None` of a corner that
+/// is not re-entrant.
+fn inner_corner(outline: &[DVec2], corner: usize) -> Option<f64> {
+    let count = outline.len();
+    let [before, place, after] = [corner + count - 1, corner, corner + 1].map(|k| outline[k % count]);
+    let (u, v) = (place - before, after - place);
+    let across =
+        (corner + 1..corner + count - 1).map(|k| distance(place, [k, k + 1].map(|k| outline[k % count])));
+    (u.angle_to(v) < -SHARP).then(|| across.fold(u.length().min(v.length()), f64::min))
 }
 
 /// Distance of a point from a straight side \[m\].

@@ -15,7 +15,7 @@ use glam::DVec3;
 use super::mirror_parities::{MirrorParities, PartNodes};
 use super::mirrored_box::MirroredBox;
 use super::plate_mesh::plate_mesh;
-use super::plate_sizes::{CornerSizes, PlateSizes};
+use super::plate_sizes::{CornerSizes, PlateSizes, error_at_corners};
 use super::{
     Finer, ModalAnalysisError, ModalAnalysisOptions, RefinableDiscretization, Spectrum, shortest_wave,
 };
@@ -44,8 +44,11 @@ const NODES_PER_TETRAHEDRON: f64 = 4.0 / 3.0;
 
 /// Most sides of the coarse mesh of a plate at its inner corners, over the lengths of the outline there: the
 /// first that needs at most a part of all nodes.
-const AT_CORNERS: [f64; 3] = [4.0, 16.0, 64.0];
+const AT_CORNERS: [f64; 4] = [1.0, 4.0, 16.0, 64.0];
 const COARSE_PART: f64 = 0.15;
+
+/// Largest part of the error at inner corners that counts as left by a finer mesh, which may be no finer there.
+const MOST_LEFT: f64 = 0.9;
 
 /// Nodes of a level per triangle of a plate.
 const NODES_PER_PLATE_ELEMENT: f64 = 9.0;
@@ -84,6 +87,10 @@ pub(super) struct Filled {
     cells: [usize; 3],
     /// Sizes at the inner corners of a plate.
     at_corners: CornerSizes,
+    /// Σ s h at these corners \[m²\], in proportion to the error; 0 without any.
+    corner_error: f64,
+    /// Part of the errors on the mesh before that is left, if more than convergence says.
+    share: Option<f64>,
     /// The solved part of a box.
     part: Option<TetMesh>,
     /// The elements of a plate.
@@ -200,24 +207,29 @@ impl<'a> VolumeFem<'a> {
             let (wall, most) = (self.wall, self.most_nodes);
             return Err(ModalAnalysisError::TooFine { wall, edge, elements, nodes, most });
         }
+        let filled = |mesh, edge| {
+            let (corner_error, share, part, prisms) = (0.0, None, None, None);
+            Filled { mesh, edge, cells, at_corners, corner_error, share, part, prisms }
+        };
         Ok(match &self.form {
             Filling::Ellipsoid(semi_axes) => {
                 let edge = semi_axes.max_element() / cells[0] as f64;
                 let mesh = ball::ellipsoid(*semi_axes, cells[0]).map_err(broken)?;
-                Filled { mesh, edge, cells, at_corners, part: None, prisms: None }
+                filled(mesh, edge)
             }
             Filling::Plate(plate) => {
                 let sizes = PlateSizes::new(plate, 2.0 * edge, at_corners);
                 let (mesh, prisms) =
                     plate_mesh(plate, &sizes, cells_across(self.wall, edge)).map_err(broken)?;
-                Filled { mesh, edge, cells, at_corners, part: None, prisms: Some(prisms) }
+                let corner_error = error_at_corners(&plate.outline, &prisms.corners);
+                Filled { corner_error, prisms: Some(prisms), ..filled(mesh, edge) }
             }
             Filling::Block(edges) => {
                 let mirrored = MirroredBox { edges: *edges, cells, constants: self.constants };
                 let part = Some(mirrored.part().map_err(broken)?);
                 let edge = (0..3).map(|a| edges[a] / cells[a] as f64).fold(0.0, f64::max);
                 let mesh = block::block(*edges, cells).map_err(broken)?;
-                Filled { mesh, edge, cells, at_corners, part, prisms: None }
+                Filled { part, ..filled(mesh, edge) }
             }
         })
     }
@@ -299,7 +311,17 @@ impl RefinableDiscretization for VolumeFem<'_> {
             _ => than.cells.map(|n| (n as f64 * ratio - 1e-9).ceil() as usize),
         };
         let at = than.at_corners;
-        self.with_cells(cells, edge, CornerSizes { part: at.part / (ratio * ratio), ..at })
+        let finer = self.with_cells(cells, edge, CornerSizes { part: at.part / (ratio * ratio), ..at })?;
+        let at_corners = match than.corner_error > 0.0 {
+            true => (finer.corner_error / than.corner_error).min(MOST_LEFT),
+            false => 0.0,
+        };
+        let elsewhere = (finer.edge / than.edge).powf(self.convergence());
+        Ok(Filled { share: (at_corners > elsewhere).then_some(at_corners), ..finer })
+    }
+
+    fn error_share(&self, mesh: &Filled, _mode: usize) -> Option<f64> {
+        mesh.share
     }
 
     fn size(&self, mesh: &Filled) -> (usize, f64) {

@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! mesh ─► weld ─► a good solid: as it is
-//!           └──► flat ─► seams ─► double, fins ─► winding ─► holes ─► shells ─► union ─► folds ─► check
+//!           └──► flat ─► seams ─► double, fins ─► walls ─► winding ─► holes ─► shells ─► union ─► folds ─► check
 //! ```
 //!
 //! | fault | mended | otherwise |
 //! |---|---|---|
 //! | triangles without area, faces twice, fins | removed | |
+//! | walls inside of a body, between edges of three triangles | removed | [`MeshError::NonManifold`] |
 //! | cracks | vertices on open edges merge within [`SEAM`] of the diagonal | [`MeshError::Open`] |
 //! | triangles that face the other way, bodies inside out | turned | [`MeshError::OneSided`] |
 //! | holes | closed, up to a border of [`HOLE`] or [`TRIANGLE_HOLE`] diagonals | [`MeshError::Hole`] |
@@ -17,12 +18,13 @@
 //! | folds | smoothed, by up to [`FOLD`] diagonals | [`MeshError::SelfIntersection`] |
 //!
 //! What is a solid already comes back with no bit changed, but for coincident vertices that merge. Everything
-//! else is a [`Mend`]. It does not unite bodies, and gives no thickness to sheets: both would be guesses.
+//! else is a [`Mend`]. It gives no thickness to sheets: that would be a guess.
 
 mod edges;
 mod faces;
 mod folds;
 mod holes;
+mod inner_walls;
 mod seams;
 mod shells;
 mod slivers;
@@ -85,6 +87,8 @@ pub enum Fault {
     Double,
     /// Triangles of sheets that stick to the surface by one side.
     Fin,
+    /// Triangles of walls inside of a body.
+    InnerWall,
     /// Vertices on open edges that were merged with others, or inserted into edges on which they lie.
     Crack {
         /// Largest distance over the diagonal.
@@ -123,6 +127,7 @@ impl fmt::Display for Mend {
             Fault::NoArea => write!(f, "left out {triangles} without area"),
             Fault::Double => write!(f, "left out {triangles} that lay on others"),
             Fault::Fin => write!(f, "left out {triangles} of sheets that bound nothing"),
+            Fault::InnerWall => write!(f, "left out {triangles} of walls inside of the body"),
             Fault::Crack { gap } => {
                 let vertices = some("vertex", "vertices");
                 write!(f, "closed cracks of up to {} at {vertices}", percent(gap))
@@ -178,6 +183,7 @@ pub fn mend(mesh: &TriMesh) -> Result<Mended, MeshError> {
     let mut touching = touching::separate(&mut work);
     faces::remove_double(&mut work)?;
     faces::remove_fins(&mut work);
+    inner_walls::remove_inner_walls(&mut work);
     winding::turn_flipped(&mut work)?;
     holes::close_holes(&mut work)?;
     touching = touching.or_else(|| touching::separate(&mut work));

@@ -25,6 +25,7 @@ mod geometry_solid;
 mod given_mass;
 mod ground;
 mod impact_solver;
+mod inner_walls;
 mod layering;
 mod live_engine;
 mod lives;

@@ -1,5 +1,7 @@
 //! The triangles at every edge of a mesh that need be neither closed nor consistently wound.
 
+use std::f64::consts::TAU;
+
 use super::super::tri_mesh::TriMesh;
 
 /// One side of a triangle: its edge has the ends `low` and `high`, in order of index.
@@ -60,6 +62,25 @@ impl Sides {
         }
         across
     }
+}
+
+/// Angles of the triangles at an edge around it \[rad\], from the first, 0 to 2π. The front of a triangle that
+/// runs along the edge from `low` to `high` is at larger angles.
+pub(super) fn angles(mesh: &TriMesh, edge: &[Side]) -> Vec<f64> {
+    let [low, high] = [edge[0].low, edge[0].high].map(|v| mesh.vertices[v as usize]);
+    let axis = (high - low).normalize_or_zero();
+    let away = |side: &Side| {
+        let corners = mesh.triangles[side.triangle as usize];
+        let third = corners[(usize::from(side.slot) + 2) % 3];
+        (mesh.vertices[third as usize] - low).reject_from_normalized(axis)
+    };
+    let first = away(&edge[0]);
+    let across = axis.cross(first);
+    let angle = |side: &Side| {
+        let away = away(side);
+        away.dot(across).atan2(away.dot(first)).rem_euclid(TAU)
+    };
+    edge.iter().map(angle).collect()
 }
 
 /// Number of patches that are connected across edges of two triangles, and the patch of each triangle.

@@ -10,13 +10,11 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use glam::DVec3;
-
 use super::super::mesh_error::MeshError;
 use super::super::topology::Topology;
 use super::super::tri_mesh::TriMesh;
 use super::Repair;
-use super::edges::{Side, Sides};
+use super::edges::{Side, Sides, angles};
 use crate::math::disjoint_sets::DisjointSets;
 
 /// Largest angle between triangles that lie on each other \[rad\].
@@ -108,22 +106,11 @@ fn pairs(mesh: &TriMesh, edge: &[Side]) -> Option<Vec<[Side; 2]>> {
     if let [a, b] = edge {
         return Some(vec![[*a, *b]]);
     }
-    let [low, high] = [edge[0].low, edge[0].high].map(|v| mesh.vertices[v as usize]);
-    let axis = (high - low).normalize_or_zero();
-    let away = |side: &Side| {
-        let corners = mesh.triangles[side.triangle as usize];
-        let third = corners[(usize::from(side.slot) + 2) % 3];
-        (mesh.vertices[third as usize] - low).reject_from_normalized(axis)
-    };
-    let first = away(&edge[0]);
-    let across = axis.cross(first);
-    let angle = |away: DVec3| {
-        let angle = away.dot(across).atan2(away.dot(first));
-        if angle < -SAME_ANGLE { angle + TAU } else { angle }
-    };
+    let angles = angles(mesh, edge);
+    let angle = |k: usize| if angles[k] > TAU - SAME_ANGLE { angles[k] - TAU } else { angles[k] };
     // Material lies at smaller angles than a side that ascends, and at larger ones than one that descends.
-    let place = |side: &Side| angle(away(side)) - if side.ascending { SAME_ANGLE } else { 0.0 };
-    let mut around: Vec<(f64, Side)> = edge.iter().map(|side| (place(side), *side)).collect();
+    let place = |(k, side): (usize, &Side)| angle(k) - if side.ascending { SAME_ANGLE } else { 0.0 };
+    let mut around: Vec<(f64, Side)> = edge.iter().enumerate().map(|own| (place(own), *own.1)).collect();
     around.sort_by(|a, b| a.0.total_cmp(&b.0));
     // Begin where least material is.
     let (mut depth, mut least, mut start) = (0_i64, 0_i64, 0);

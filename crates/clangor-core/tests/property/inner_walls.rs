@@ -1,0 +1,145 @@
+//! Walls inside of a body, which three triangles or more share edges with, go: the body is one solid.
+
+use std::collections::BTreeSet;
+
+use clangor_core::geometry::mend::{Fault, mend};
+use clangor_core::geometry::solid::MeshError;
+use clangor_core::geometry::tri_mesh::TriMesh;
+use clangor_core::glam::DVec3;
+use clangor_core::math::random::SplitMix;
+use clangor_core::shape::Shape;
+
+type Cell = [i32; 3];
+
+const STEPS: [Cell; 6] = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+
+fn beside(cell: Cell, step: Cell) -> Cell {
+    [0, 1, 2].map(|k| cell[k] + step[k])
+}
+
+/// Cells of a grid that hang together by faces.
+fn rooms(count: usize, random: &mut SplitMix) -> BTreeSet<Cell> {
+    let mut cells = BTreeSet::from([[0; 3]]);
+    while cells.len() < count {
+        let from = random.uniform(0.0, cells.len() as f64) as usize;
+        let from = *cells.iter().nth(from).expect("a cell");
+        cells.insert(beside(from, STEPS[random.uniform(0.0, 6.0) as usize]));
+    }
+    cells
+}
+
+/// Whether two cells meet along an edge or in a corner, with no cell of faces between them.
+fn touch_without_faces(cells: &BTreeSet<Cell>) -> bool {
+    let has = |cell: Cell| cells.contains(&cell);
+    cells.iter().any(|cell| {
+        let steps = (0..27).map(|k| [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1]);
+        steps.filter(|step| has(beside(*cell, *step))).any(|step| {
+            let axes: Vec<usize> = (0..3).filter(|k| step[*k] != 0).collect();
+            let along = |taken: &[usize]| {
+                beside(*cell, [0, 1, 2].map(|k| if taken.contains(&k) { step[k] } else { 0 }))
+            };
+            match axes[..] {
+                [a, b] => !has(along(&[a])) && !has(along(&[b])),
+                [a, b, c] => {
+                    let paths = [[a, b], [a, c], [b, a], [b, c], [c, a], [c, b]];
+                    !paths
+                        .iter()
+                        .any(|[first, second]| has(along(&[*first])) && has(along(&[*first, *second])))
+                }
+                _ => false,
+            }
+        })
+    })
+}
+
+/// The faces of all cells, each once: outer ones face outwards, those between cells either way. The number of
+/// triangles between cells.
+fn faces(cells: &BTreeSet<Cell>, edge: f64, random: &mut SplitMix) -> (TriMesh, usize) {
+    let (mut mesh, mut inner) = (TriMesh::default(), 0);
+    for cell in cells {
+        for step in STEPS {
+            let is_outer = !cells.contains(&beside(*cell, step));
+            if !is_outer && step.iter().sum::<i32>() < 0 {
+                continue;
+            }
+            inner += if is_outer { 0 } else { 2 };
+            let step = DVec3::from_array(step.map(f64::from));
+            let u = DVec3::new(step.y, step.z, step.x);
+            let v = step.cross(u);
+            let middle = DVec3::from_array(cell.map(f64::from)) + 0.5 * step;
+            let v = if is_outer || random.uniform(0.0, 1.0) < 0.5 { v } else { -v };
+            let first = mesh.vertices.len() as u32;
+            let corners = [-u - v, u - v, u + v, v - u];
+            mesh.vertices.extend(corners.map(|corner| edge * (middle + 0.5 * corner)));
+            mesh.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| first + k)));
+        }
+    }
+    (mesh.weld(1e-9 * edge), inner)
+}
+
+#[test]
+fn property_rooms_are_one_solid() {
+    let (mut walls, mut bodies, mut worst) = (0, 0, 0.0_f64);
+    for seed in 0..200 {
+        let mut random = SplitMix::new(seed);
+        let count = random.uniform(2.0, 14.0) as usize;
+        let cells = rooms(count, &mut random);
+        if touch_without_faces(&cells) {
+            continue;
+        }
+        let (mesh, inner) = faces(&cells, 0.03, &mut random);
+        let mended = mend(&mesh).unwrap_or_else(|error| panic!("seed {seed}, {count} rooms: {error}"));
+        let error = (mended.report.mass.volume / (count as f64 * 0.03_f64.powi(3)) - 1.0).abs();
+        worst = worst.max(error);
+        assert!(error < 1e-12, "seed {seed}: {error:e}");
+        let [only] = &mended.mends[..] else { panic!("seed {seed}: {:?}", mended.mends) };
+        assert_eq!((only.fault, only.count), (Fault::InnerWall, inner), "seed {seed}");
+        (walls, bodies) = (walls + inner, bodies + 1);
+    }
+    println!("{bodies} bodies, {walls} triangles of walls, volumes off by {worst:.1e}");
+    assert!(bodies > 30, "{bodies}");
+}
+
+/// A floor of triangles across a ball, with the vertices of the ball at its rim.
+#[test]
+fn property_a_floor_goes() {
+    let ball = Shape::parse("sphere:0.05@0.004").unwrap().mesh();
+    let volume = mend(&ball).unwrap().report.mass.volume;
+    // All triangles on one side of a plane, and from the border of those a fan.
+    let below = |t: usize| ball.centroid(t).dot(DVec3::new(0.3, 0.8, 0.2)) < 0.01;
+    let mut open = BTreeSet::new();
+    for t in (0..ball.triangles.len()).filter(|t| below(*t)) {
+        for k in 0..3 {
+            let [a, b] = [k, (k + 1) % 3].map(|k| ball.triangles[t][k]);
+            if !open.remove(&[b, a]) {
+                open.insert([a, b]);
+            }
+        }
+    }
+    let mut floored = ball.clone();
+    let middle = open.iter().map(|[a, _]| ball.vertices[*a as usize]).sum::<DVec3>() / open.len() as f64;
+    floored.vertices.push(middle);
+    floored.triangles.extend(open.iter().map(|[a, b]| [*a, *b, ball.vertices.len() as u32]));
+    let mended = mend(&floored).unwrap();
+    assert_eq!(mended.mends.len(), 1);
+    assert_eq!((mended.mends[0].fault, mended.mends[0].count), (Fault::InnerWall, open.len()));
+    // Residual seen: 0.
+    assert!((mended.report.mass.volume / volume - 1.0).abs() < 1e-14);
+}
+
+/// A cavity that touches the outside along an edge is no room.
+#[test]
+fn property_a_cavity_is_not_filled() {
+    let mut cells: BTreeSet<Cell> = (0..27).map(|k| [k % 3, k / 3 % 3, k / 9]).collect();
+    cells.remove(&[1, 1, 1]);
+    cells.remove(&[0, 0, 1]);
+    let (mesh, inner) = faces(&cells, 0.03, &mut SplitMix::new(0));
+    assert!(inner > 0);
+    match mend(&mesh) {
+        Ok(mended) => {
+            let error = (mended.report.mass.volume / (25.0 * 0.03_f64.powi(3)) - 1.0).abs();
+            assert!(error < 1e-4, "{error:e}");
+        }
+        Err(error) => assert!(matches!(error, MeshError::NonManifold { .. }), "{error}"),
+    }
+}

@@ -71,6 +71,7 @@ pub mod recording;
 pub(crate) mod repeated_contacts;
 mod repeated_poses;
 pub(crate) mod soft_contacts;
+mod steady_pushes;
 mod straight_keys;
 pub(crate) mod sunk_bodies;
 mod touch;

@@ -39,6 +39,7 @@ use clangor_core::body::BodyId;
 use glam::{DMat3, DVec3};
 
 use super::kinematics::{Jump, Kinematics, Start};
+use super::steady_pushes::{is_of_pushes, lasts};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
@@ -48,10 +49,10 @@ const NEIGHBOURS: usize = 5;
 const ROW: usize = 5;
 const ALIKE_SIZE: f64 = 3.0;
 const ALIKE_DIRECTION: f64 = 0.8;
-const LEAST_PUSH: f64 = 0.3;
+pub(super) const LEAST_PUSH: f64 = 0.3;
 const LASTING: f64 = 0.01;
 /// Difference of pushes that are the same, over g h.
-const STEADY: f64 = 0.15;
+pub(super) const STEADY: f64 = 0.15;
 /// Frames in a row whose push is the weight, from which something holds the body.
 const CARRIED: usize = 4;
 /// Mean speed in the first frame, over that of free fall, from which a body is not supported there.
@@ -361,13 +362,15 @@ impl Support {
         Support { before: held(first - 1, first.saturating_sub(2)), after: held(last + 1, last + 2) }
     }
 
-    /// The push at a frame if it is the weight there and at the one beyond; in noise, the weight.
+    /// The push at a frame if it is the weight there and at the one beyond, or another one that lasts; in
+    /// noise, the weight.
     fn held(kinematics: &Kinematics<'_>, k: usize, beyond: usize) -> Jump {
-        if !(kinematics.is_held_in_noise(k) && kinematics.is_held_in_noise(beyond)) {
-            return Jump::default();
-        }
         let (push, weight) =
             (kinematics.jumps[k].velocity, -kinematics.inertia.gravity * kinematics.jumps[k].span);
+        if !(kinematics.is_held_in_noise(k) && kinematics.is_held_in_noise(beyond)) {
+            let lasts = lasts(kinematics, k, beyond);
+            return Jump { velocity: if lasts { push } else { DVec3::ZERO }, ..Jump::default() };
+        }
         let is_clear = kinematics.noisy_jump() < STEADY * weight.length();
         Jump { velocity: if is_clear { push } else { weight }, ..Jump::default() }
     }
@@ -417,7 +420,8 @@ fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
     // What rests or is carried for so many frames is no impact, where it has just begun.
     let is_carried =
         |k: usize| (k..k + CARRIED).all(|frame| frame + 1 >= jumps.len() || kinematics.is_held(frame));
-    (0..jumps.len()).map(|k| is_hit(k) && !is_carried(k) && !is_lasting(jumps, k, g)).collect()
+    let is_none = |k: usize| is_carried(k) || is_lasting(jumps, k, g) || is_of_pushes(jumps, k, g);
+    (0..jumps.len()).map(|k| is_hit(k) && !is_none(k)).collect()
 }
 
 /// Whether a jump differs from a push that is the same in the two frames before it and after it: that of a

@@ -108,6 +108,34 @@ fn analytic_the_impulse_of_a_led_paddle_is_that_of_the_ball() {
     assert!(worst < 1e-9, "{worst}");
 }
 
+/// A putter that is led along a floor, so close that the floor could hold it, hits a ball that lies there.
+#[test]
+fn analytic_a_led_putter_on_a_floor_gives_the_ball_its_momentum() {
+    let floor = Body::plane("floor", presets::GRANITE.material(), DVec3::ZERO, DVec3::Y);
+    let mut worst = 0.0_f64;
+    for (rate, gap) in RATES.into_iter().flat_map(|rate| [0.0, 1e-3, 5e-3].map(|gap| (rate, gap))) {
+        for (mass, speed) in MASSES.into_iter().flat_map(|mass| [0.6, 2.0].map(|speed| (mass, speed))) {
+            // Its face stands upright.
+            let turn = DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2);
+            let led = sampled(1, rate, |t| Pose {
+                position: DVec3::new(speed * (t - INSTANT) - HALF, 0.085 + gap, 0.0),
+                orientation: turn,
+            });
+            let rolled = sampled(0, rate, |t| {
+                Pose::at(DVec3::new(BALL + 1.8 * speed * (t - INSTANT).max(0.0), BALL, 0.0))
+            });
+            let rows = impacts(vec![ball(), paddle(mass), floor.clone()], &[rolled, led]);
+            let name = format!("{mass} kg, {gap} m above the floor, {speed} m/s, {rate} Hz");
+            assert_eq!(rows.len(), 1, "{name}: {rows:?}");
+            let off = rows[0].impulse_n / (ball().mass * 1.8 * speed) - 1.0;
+            println!("{name}: {off:.1e}");
+            worst = worst.max(off.abs());
+        }
+    }
+    println!("worst: {worst:.1e}");
+    assert!(worst < 0.01, "{worst}");
+}
+
 /// A hand with a loose grip: the paddle recoils by a fifth of what a free one would.
 #[test]
 fn analytic_a_led_paddle_that_recoils_a_little_takes_the_impulse_of_the_ball() {

@@ -10,11 +10,14 @@
 //! less, as a block on a table whose jump is that of the impact and of the table, the jump of the led body is
 //! all there is. Of two that are led, one that does not jump is infinitely heavy, and two that do are as
 //! heavy as they are.
+//!
+//! A floor close to a led body could hold it too. Where free bodies leave a share r of an event unexplained,
+//! and infinitely heavy ones in the place of those that do not jump leave less than r², these are led.
 
 use glam::DVec3;
 
 use super::reach::Nearness;
-use super::{Member, Scene, Search, fit_bodies};
+use super::{Member, POOR, Scene, Search, fit_bodies};
 use crate::motion::impulse_fit::{Fit, FitBody, FitContact, fit_impulses};
 use crate::motion::kinematics::Kinematics;
 use crate::motion::led_bodies::{Pushes, Reach};
@@ -27,6 +30,8 @@ const TOGETHER: f64 = 0.02;
 const NEAR: f64 = 16.0;
 /// Part of what a hand gives in the frames of an impact that is uncertain.
 const UNCERTAIN: f64 = 0.5;
+/// Unexplained share of an event of free bodies alone: more than a row of balls leaves.
+const LITTLE: f64 = 0.02;
 
 /// Impulses on a led body [N s]: those that the others' jumps say, and those of its own beyond the hand's.
 struct Recoil {
@@ -50,9 +55,7 @@ impl Scene<'_> {
         for set in [led, still] {
             let mut trial = members.to_vec();
             for place in &set {
-                let centre = trial[*place].fit.centre;
-                let fit = FitBody { centre, ..FitBody::IMMOVABLE };
-                trial[*place] = Member { fit, is_led: true, ..trial[*place] };
+                trial[*place] = Member { fit: immovable(&trial[*place]), is_led: true, ..trial[*place] };
             }
             let jumps = |member: &&Member| member.fit.inverse_mass > 0.0 && member.window.is_some();
             if set.is_empty() || !trial.iter().any(|member| jumps(&member)) {
@@ -73,7 +76,39 @@ impl Scene<'_> {
                 return Some(fit);
             }
         }
-        Some(fit_impulses(&fit_bodies(members, search), contacts))
+        let free = fit_impulses(&fit_bodies(members, search), contacts);
+        let unmoved = self.fitted_to_unmoved(members, contacts, (search, free.residual));
+        Some(unmoved.unwrap_or(free))
+    }
+
+    /// The impulses with all recorded members infinitely heavy that do not jump, if these explain the jumps of
+    /// the others so much better than free bodies, which leave a part `free`, that they must be led: a pusher
+    /// on a floor, which seems to hold it, goes on as if it had hit nothing.
+    fn fitted_to_unmoved(
+        &self,
+        members: &mut [Member],
+        contacts: &[FitContact],
+        (search, free): (Search, f64),
+    ) -> Option<Fit> {
+        if free < LITTLE {
+            return None;
+        }
+        let mut trial = members.to_vec();
+        let is_unmoved = |member: &&mut Member| member.fit.inverse_mass > 0.0 && member.window.is_none();
+        let mut unmoved = 0;
+        for member in trial.iter_mut().filter(is_unmoved) {
+            (member.fit, member.is_led) = (immovable(member), true);
+            unmoved += 1;
+        }
+        let jumps = |member: &&Member| member.fit.inverse_mass > 0.0;
+        if unmoved == 0 || !trial.iter().any(|member| jumps(&member)) {
+            return None;
+        }
+        let fit = fit_impulses(&fit_bodies(&trial, search), contacts);
+        (fit.residual < POOR.min(free * free)).then(|| {
+            members.copy_from_slice(&trial);
+            fit
+        })
     }
 
     /// Whether something else than the bodies near a member leads it before and after the event.
@@ -142,6 +177,11 @@ impl Scene<'_> {
 pub(super) fn mass_beside_led(pair: [&Member; 2], point: DVec3, normal: DVec3) -> Option<f64> {
     let inverse: f64 = pair.iter().map(|member| member.inverse_mass_along(point, normal)).sum();
     (inverse > 0.0 && pair.iter().any(|member| member.is_led)).then(|| inverse.recip())
+}
+
+/// A member that no impulse moves.
+fn immovable(member: &Member) -> FitBody {
+    FitBody { centre: member.fit.centre, ..FitBody::IMMOVABLE }
 }
 
 impl Member {

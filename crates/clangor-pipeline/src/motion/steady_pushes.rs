@@ -1,0 +1,103 @@
+//! Pushes that last beside an impact or instead of one: a hand that slows a body down, drags it along or sets
+//! it down, and friction.
+//!
+//! ```text
+//! even before frame k:    p₁ − p₂ = p₂ − p₃        p = Δv/h beyond gravity, of the frames before
+//! no impact at k:         p_k = p₁ + (p₁ − p₂), or p_k between that and the steady push after it
+//! ```
+//!
+//! within [`STEADY`] of gravity, and the same backwards in time for the second. Where a push begins or ends,
+//! its change falls into two frames.
+
+use glam::DVec3;
+
+use super::jump_windows::{LEAST_PUSH, STEADY};
+use super::kinematics::{Jump, Kinematics};
+
+/// Largest change of an even push from frame to frame, over the push.
+const MOST_SLOPE: f64 = 0.5;
+/// How far an even push goes on beyond its last frame, in frames: to the end of those that a change shares.
+const ONWARDS: f64 = 1.5;
+
+/// Whether the push at a frame is the same at the one beyond.
+pub(super) fn lasts(kinematics: &Kinematics<'_>, k: usize, beyond: usize) -> bool {
+    let push = |k: usize| kinematics.jumps.get(k).map(|jump| jump.velocity / jump.span);
+    let (Some(one), Some(other)) = (push(k), push(beyond)) else { return false };
+    let g = kinematics.inertia.gravity.length();
+    one.length() > LEAST_PUSH * g && one.distance(other) < STEADY * g
+}
+
+/// Whether a jump goes on with an even push before it, or lies between an even push on one side and a steady
+/// one on the other.
+pub(super) fn is_of_pushes(jumps: &[Jump], k: usize, gravity: f64) -> bool {
+    let Some(own) = push(jumps, k) else { return false };
+    let (small, least) = (STEADY * gravity, LEAST_PUSH * gravity);
+    // Frames `step` apart, the nearest ones left out.
+    let beside = |step: isize, left_out: usize, count: usize| {
+        let place = |n: usize| k.checked_add_signed(step * (left_out + n) as isize);
+        (1..=count).map(|n| push(jumps, place(n)?)).collect::<Option<Vec<DVec3>>>()
+    };
+    // The nearest push on one side, and how it changes from frame to frame.
+    let even = |step: isize, left_out: usize| {
+        let near = beside(step, left_out, 3)?;
+        let (one, slope) = (near[0], near[0] - near[1]);
+        let is_even = slope.length() < MOST_SLOPE * one.length() && slope.distance(near[1] - near[2]) < small;
+        (is_even && one.length() > least).then_some((one, slope))
+    };
+    let goes_on = even(-1, 0).is_some_and(|(one, slope)| own.distance(one + slope) < small);
+    let is_between = |(step, [left_out, beyond]): (isize, [usize; 2])| {
+        let (Some((one, slope)), Some(other)) = (even(step, left_out), beside(-step, beyond, 2)) else {
+            return false;
+        };
+        // A body that lands from a flight is hit, however softly.
+        let is_steady = other[0].distance(other[1]) < small && (step < 0 || other[0].length() > least);
+        let ahead = one + ONWARDS * slope;
+        let way = other[0] - ahead;
+        let part = (own - ahead).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
+        let is_on_way = own.distance(ahead + way * part.clamp(0.0, 1.0)) < small;
+        is_steady && (is_on_way || own.distance(one + slope) < small)
+    };
+    let left_out = [[0, 0], [1, 0], [0, 1]];
+    goes_on || [-1, 1].into_iter().any(|step| left_out.into_iter().any(|out| is_between((step, out))))
+}
+
+/// Acceleration beyond gravity at a frame that is neither the first nor the last [m/s²].
+fn push(jumps: &[Jump], k: usize) -> Option<DVec3> {
+    let is_within = (1..jumps.len().saturating_sub(1)).contains(&k);
+    is_within.then(|| jumps[k].velocity / jumps[k].span)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const G: f64 = 9.81;
+
+    /// Jumps of frames of 1/60 s by pushes along y in units of gravity.
+    fn jumps(pushes: &[f64]) -> Vec<Jump> {
+        let jump =
+            |p: &f64| Jump { velocity: DVec3::Y * (p * G / 60.0), span: 1.0 / 60.0, ..Jump::default() };
+        pushes.iter().map(jump).collect()
+    }
+
+    fn of_pushes(pushes: &[f64]) -> Vec<usize> {
+        let jumps = jumps(pushes);
+        (0..jumps.len()).filter(|k| is_of_pushes(&jumps, *k, G)).collect()
+    }
+
+    #[test]
+    fn a_hand_that_sets_down_slowly_makes_no_impact() {
+        // Slowed down more and more, to rest within the eighth frame.
+        let slowed = of_pushes(&[1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.3, 1.0, 1.0, 1.0, 1.0]);
+        assert_eq!(slowed[..5], [3, 4, 5, 6, 7]);
+        // With a speed left that the floor stops.
+        assert!(!of_pushes(&[1.0, 1.4, 1.4, 1.4, 1.4, 3.0, 1.0, 1.0, 1.0]).contains(&5));
+        // A hand begins to pull, more and more, at what rests.
+        assert!(of_pushes(&[1.0, 1.0, 1.0, 1.2, 1.5, 1.8, 2.1, 2.4]).contains(&3));
+        // A soft landing from a flight.
+        assert!(!of_pushes(&[0.0, 0.0, 0.0, 0.6, 1.0, 1.0, 1.0, 1.0]).contains(&3));
+        // A bounce in flight, in one frame or two.
+        assert!(of_pushes(&[0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0]).is_empty());
+        assert!(of_pushes(&[0.0, 0.0, 0.0, 0.0, 3.0, 2.0, 0.0, 0.0, 0.0]).is_empty());
+    }
+}

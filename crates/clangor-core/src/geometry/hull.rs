@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use glam::DVec3;
+use robust::{Coord3D, orient3d};
 
 use super::solid::MeshError;
 use super::tri_mesh::TriMesh;
@@ -29,11 +30,11 @@ pub fn convex_hull(points: &[DVec3]) -> Result<TriMesh, MeshError> {
         if start.contains(&i) {
             continue;
         }
-        let (seen, hidden): (Vec<_>, Vec<_>) =
-            faces.iter().partition(|f| height(points, **f, *point) > margin);
-        if seen.is_empty() {
+        if !faces.iter().any(|f| height(points, *f, *point) > margin) {
             continue;
         }
+        // Of exact sign: rounded, faces in nearly one plane are seen in patches with holes.
+        let (seen, hidden): (Vec<_>, Vec<_>) = faces.iter().partition(|f| is_above(points, **f, *point));
         // The rim of the seen faces: their directed edges whose opposite is not theirs.
         let sides = |f: &[u32; 3]| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])];
         let edges: HashSet<(u32, u32)> = seen.iter().flat_map(sides).collect();
@@ -71,6 +72,13 @@ fn height(points: &[DVec3], face: [u32; 3], point: DVec3) -> f64 {
     (b - a).cross(c - a).normalize_or_zero().dot(point - a)
 }
 
+/// Whether a point is above a face.
+fn is_above(points: &[DVec3], face: [u32; 3], point: DVec3) -> bool {
+    let [a, b, c] = face.map(|i| points[i as usize]);
+    let [a, b, c, point] = [a, b, c, point].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
+    orient3d(a, b, c, point) < 0.0
+}
+
 /// Four points far from one plane.
 fn first_tetrahedron(points: &[DVec3]) -> Result<[usize; 4], MeshError> {
     let farthest = |measure: &dyn Fn(DVec3) -> f64| {
@@ -104,4 +112,28 @@ pub fn concavity(mesh: &TriMesh) -> Result<f64, MeshError> {
         }
     }
     Ok(worst)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::SplitMix;
+
+    /// Clusters of points around the corners of a box, far closer to each other than it is wide.
+    #[test]
+    fn a_box_with_tiny_roundings_has_a_hull() {
+        let mut random = SplitMix::new(1);
+        for size in [1e-5, 1e-7, 1e-9, 1e-11] {
+            let cluster = |k: usize| {
+                let side = |axis: usize| if k >> axis & 1 == 0 { -0.1 } else { 0.1 };
+                DVec3::new(side(0), side(1), side(2))
+            };
+            let points: Vec<DVec3> =
+                (0..8 * 150).map(|n| cluster(n % 8) + size * random.direction()).collect();
+            let hull = convex_hull(&points).unwrap();
+            let (concave, larger) = (concavity(&hull).unwrap(), hull.area() / 0.24 - 1.0);
+            println!("{size}: {} triangles, {concave:.1e} m, {larger:.1e}", hull.triangles.len());
+            assert!(concave < 1e-12 && larger.abs() < 40.0 * size + 1e-9, "{size}: {concave:e} {larger:e}");
+        }
+    }
 }

@@ -17,8 +17,10 @@
 //! hull. `Differs`: cells by their volume, not by growth from an outermost triangle, so that walls go and all
 //! else remains.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
+use super::super::solid::check_solid;
 use super::super::tri_mesh::TriMesh;
 use super::edges::{Side, Sides, angles};
 use super::{Fault, Repair};
@@ -28,6 +30,39 @@ use crate::math::disjoint_sets::DisjointSets;
 const LEAST_VOLUME: f64 = 1e-12;
 /// Least angle between triangles at an edge \[rad\]; those that lie on each other have no order.
 const SAME_ANGLE: f64 = 1e-6;
+
+/// Removes the faces between parts that share their corners, if one solid is left: both parts have one there.
+pub(super) fn remove_common_faces(work: &mut Repair) {
+    let triangles = &work.mesh.triangles;
+    let sorted = |t: &[u32; 3]| {
+        let mut key = *t;
+        key.sort_unstable();
+        key
+    };
+    let is_even = |[a, b, c]: &[u32; 3]| (a < b) as u8 + (b < c) as u8 + (c < a) as u8 == 2;
+    let mut same: HashMap<[u32; 3], Vec<usize>> = HashMap::new();
+    triangles.iter().enumerate().for_each(|(t, corners)| same.entry(sorted(corners)).or_default().push(t));
+    let mut marked = vec![false; triangles.len()];
+    for pair in same.values() {
+        if let [one, other] = pair[..]
+            && is_even(&triangles[one]) != is_even(&triangles[other])
+        {
+            (marked[one], marked[other]) = (true, true);
+        }
+    }
+    // At the border of a sheet with two sides only these meet.
+    let sides = Sides::new(&work.mesh);
+    let is_sheet = |edge: &[Side]| edge.len() == 2 && edge.iter().any(|side| marked[side.triangle as usize]);
+    if !marked.contains(&true) || sides.edges().any(is_sheet) {
+        return;
+    }
+    let mut left = work.mesh.clone();
+    let mut marks = marked.iter();
+    left.triangles.retain(|_| !marks.next().copied().unwrap_or(false));
+    if check_solid(&left.weld(0.0)).is_ok_and(|report| report.components == 1) {
+        work.remove(&marked, Fault::InnerWall);
+    }
+}
 
 /// Removes walls with solid on both sides.
 pub(super) fn remove_inner_walls(work: &mut Repair) {

@@ -1,6 +1,6 @@
 //! Convex hull of points in space: incremental, quadratic at worst, for the few hundred points of a part.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 use robust::{Coord3D, orient3d};
@@ -21,27 +21,56 @@ pub fn convex_hull(points: &[DVec3]) -> Result<TriMesh, MeshError> {
     let start = first_tetrahedron(points)?;
     let extent = points.iter().map(|p| p.distance(points[start[0]])).fold(0.0, f64::max);
     let margin = 1e-12 * extent;
+    let is_outside = |face: &[u32; 3], point: DVec3| height(points, *face, point) > margin;
+    // Rounded heights see faces in nearly one plane in patches, and the hull would grow without end.
+    let faces = grown(points, start, is_outside, is_outside)
+        .or_else(|| grown(points, start, is_outside, |face, point| is_above(points, *face, point)))
+        .ok_or(MeshError::NoVolume { volume: 0.0 })?;
+    Ok(TriMesh { vertices: points.to_vec(), triangles: faces }.weld(0.0))
+}
+
+/// The faces of a hull that grows from four of the points; `None` where those that a point sees are no disc.
+fn grown(
+    points: &[DVec3],
+    start: [usize; 4],
+    is_outside: impl Fn(&[u32; 3], DVec3) -> bool,
+    is_seen: impl Fn(&[u32; 3], DVec3) -> bool,
+) -> Option<Vec<[u32; 3]>> {
     let [a, b, c, d] = start.map(|i| i as u32);
     let mut faces = vec![[a, b, c], [a, c, d], [a, d, b], [b, d, c]];
     if height(points, faces[0], points[d as usize]) > 0.0 {
         faces.iter_mut().for_each(|f| f.swap(1, 2));
     }
     for (i, point) in points.iter().enumerate() {
-        if start.contains(&i) {
+        if start.contains(&i) || !faces.iter().any(|f| is_outside(f, *point)) {
             continue;
         }
-        if !faces.iter().any(|f| height(points, *f, *point) > margin) {
-            continue;
-        }
-        // Of exact sign: rounded, faces in nearly one plane are seen in patches with holes.
-        let (seen, hidden): (Vec<_>, Vec<_>) = faces.iter().partition(|f| is_above(points, **f, *point));
+        let (seen, hidden): (Vec<_>, Vec<_>) = faces.iter().partition(|f| is_seen(f, *point));
         // The rim of the seen faces: their directed edges whose opposite is not theirs.
         let sides = |f: &[u32; 3]| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])];
         let edges: HashSet<(u32, u32)> = seen.iter().flat_map(sides).collect();
-        let rim = seen.iter().flat_map(sides).filter(|(u, v)| !edges.contains(&(*v, *u)));
-        faces = hidden.into_iter().chain(rim.map(|(u, v)| [u, v, i as u32])).collect();
+        let rim: Vec<(u32, u32)> =
+            seen.iter().flat_map(sides).filter(|(u, v)| !edges.contains(&(*v, *u))).collect();
+        if !is_one_loop(&rim) {
+            return None;
+        }
+        faces = hidden.into_iter().chain(rim.into_iter().map(|(u, v)| [u, v, i as u32])).collect();
     }
-    Ok(TriMesh { vertices: points.to_vec(), triangles: faces }.weld(0.0))
+    Some(faces)
+}
+
+/// Whether directed edges are one closed loop that meets itself nowhere.
+fn is_one_loop(edges: &[(u32, u32)]) -> bool {
+    let next: HashMap<u32, u32> = edges.iter().copied().collect();
+    let Some((first, _)) = edges.first() else { return false };
+    let (mut at, mut count) = (*first, 0);
+    while let Some(to) = next.get(&at).filter(|_| count < edges.len()) {
+        (at, count) = (*to, count + 1);
+        if at == *first {
+            break;
+        }
+    }
+    at == *first && count == edges.len() && next.len() == count
 }
 
 /// Convex hull of the vertices that lie farthest in so many directions, spread evenly over the sphere: a
@@ -132,7 +161,7 @@ mod tests {
                 (0..8 * 150).map(|n| cluster(n % 8) + size * random.direction()).collect();
             let hull = convex_hull(&points).unwrap();
             let (concave, larger) = (concavity(&hull).unwrap(), hull.area() / 0.24 - 1.0);
-            println!("{size}: {} triangles, {concave:.1e} m, {larger:.1e}", hull.triangles.len());
+            // Seen: 1.2e-21 m, and an area that is larger by 15 sizes.
             assert!(concave < 1e-12 && larger.abs() < 40.0 * size + 1e-9, "{size}: {concave:e} {larger:e}");
         }
     }

@@ -196,6 +196,7 @@ fn assert_as_stated<'a>(own: &[ModalMode], references: impl IntoIterator<Item = 
     for (own, reference) in own.iter().zip(references) {
         let error = own.frequency / reference - 1.0;
         println!("{reference:.1} Hz: {error:.1e}, stated {:.1e}", own.mesh_error);
+        // Seen: up to 0.95 of what is stated, and -1.0e-4.
         assert!(error < own.mesh_error && error > -1e-3, "{reference}: {error:.1e}");
     }
 }

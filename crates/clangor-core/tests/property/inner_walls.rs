@@ -79,6 +79,7 @@ fn faces(cells: &BTreeSet<Cell>, edge: f64, random: &mut SplitMix) -> (TriMesh, 
 
 #[test]
 fn property_rooms_are_one_solid() {
+    // Seen: 169 bodies, 2474 triangles of walls, volumes off by 1.3e-15.
     let (mut walls, mut bodies, mut worst) = (0, 0, 0.0_f64);
     for seed in 0..200 {
         let mut random = SplitMix::new(seed);
@@ -122,12 +123,12 @@ fn property_a_face_that_two_parts_have_goes() {
         [8, 9, 10, 11],
     ];
     let triangles = faces.into_iter().flat_map(|[a, b, c, d]: [u32; 4]| [[a, b, c], [a, c, d]]);
-    // The second face between them has the other diagonal here, and the same one there.
+    // Both faces between them have the same diagonal; in the second mesh one has the other.
     let mesh = TriMesh { vertices, triangles: triangles.collect() };
-    let mut alike = mesh.clone();
-    alike.triangles[20] = [5, 4, 7];
-    alike.triangles[21] = [5, 7, 6];
-    for mesh in [mesh, alike] {
+    let mut crossed = mesh.clone();
+    crossed.triangles[20] = [5, 4, 7];
+    crossed.triangles[21] = [5, 7, 6];
+    for mesh in [mesh, crossed] {
         let mended = mend(&mesh).unwrap();
         // Seen: 3.3e-16 with the same diagonal, 6.6e-6 as united parts.
         let error = (mended.report.mass.volume / 4e-5 - 1.0).abs();

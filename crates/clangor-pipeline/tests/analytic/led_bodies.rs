@@ -133,6 +133,7 @@ fn analytic_a_led_putter_on_a_floor_gives_the_ball_its_momentum() {
         }
     }
     println!("worst: {worst:.1e}");
+    // Seen: 4.2e-15.
     assert!(worst < 0.01, "{worst}");
 }
 

@@ -47,7 +47,8 @@ const NODES_PER_TETRAHEDRON: f64 = 4.0 / 3.0;
 const AT_CORNERS: [f64; 4] = [1.0, 4.0, 16.0, 64.0];
 const COARSE_PART: f64 = 0.15;
 
-/// Largest part of the error at inner corners that counts as left by a finer mesh, which may be no finer there.
+/// Largest part of the error at inner corners that counts as left by a finer mesh, which may be no finer
+/// there.
 const MOST_LEFT: f64 = 0.9;
 
 /// Nodes of a level per triangle of a plate.

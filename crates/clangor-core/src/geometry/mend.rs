@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! mesh ─► weld ─► a good solid: as it is
-//!           └──► flat ─► seams ─► double, fins ─► walls ─► winding ─► holes ─► shells ─► union ─► folds ─► check
+//!           └──► flat ─► seams ─► double, fins ─► walls ─► winding
+//!                   ─► holes ─► shells ─► union ─► folds ─► check
 //! ```
 //!
 //! | fault | mended | otherwise |

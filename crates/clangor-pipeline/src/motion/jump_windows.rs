@@ -39,20 +39,16 @@ use clangor_core::body::BodyId;
 use glam::{DMat3, DVec3};
 
 use super::kinematics::{Jump, Kinematics, Start};
-use super::steady_pushes::{is_of_pushes, lasts};
+use super::steady_pushes::{LEAST_PUSH, STEADY, is_of_pushes, lasts};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
 /// Frames in a row that have the force of lasting contact, the largest ratio of two that follow each other
-/// and the least cosine between them, the least force over the weight, and the longest time of these frames
-/// \[s\].
+/// and the least cosine between them, and the longest time of these frames \[s\].
 const ROW: usize = 5;
 const ALIKE_SIZE: f64 = 3.0;
 const ALIKE_DIRECTION: f64 = 0.8;
-pub(super) const LEAST_PUSH: f64 = 0.3;
 const LASTING: f64 = 0.01;
-/// Difference of pushes that are the same, over g h.
-pub(super) const STEADY: f64 = 0.15;
 /// Frames in a row whose push is the weight, from which something holds the body.
 const CARRIED: usize = 4;
 /// Mean speed in the first frame, over that of free fall, from which a body is not supported there.

@@ -11,9 +11,12 @@
 
 use glam::DVec3;
 
-use super::jump_windows::{LEAST_PUSH, STEADY};
 use super::kinematics::{Jump, Kinematics};
 
+/// Least push of a lasting contact, over the weight.
+pub(super) const LEAST_PUSH: f64 = 0.3;
+/// Difference of pushes that are the same, over g h.
+pub(super) const STEADY: f64 = 0.15;
 /// Largest change of an even push from frame to frame, over the push.
 const MOST_SLOPE: f64 = 0.5;
 /// How far an even push goes on beyond its last frame, in frames: to the end of those that a change shares.

@@ -64,8 +64,8 @@ impl Sides {
     }
 }
 
-/// Angles of the triangles at an edge around it \[rad\], from the first, 0 to 2π. The front of a triangle that
-/// runs along the edge from `low` to `high` is at larger angles.
+/// Angles of the triangles at an edge around it \[rad\], from the first, 0 to 2π. The front of a triangle
+/// that runs along the edge from `low` to `high` is at larger angles.
 pub(super) fn angles(mesh: &TriMesh, edge: &[Side]) -> Vec<f64> {
     let [low, high] = [edge[0].low, edge[0].high].map(|v| mesh.vertices[v as usize]);
     let axis = (high - low).normalize_or_zero();

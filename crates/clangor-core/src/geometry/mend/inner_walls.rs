@@ -8,8 +8,8 @@
 //! V(cell) = Σ behind v_t − Σ in front v_t,    v_t = a·(b × c)/6
 //! ```
 //!
-//! is the volume of a cell that is bounded, and negative outside. A bounded cell that all its triangles face is
-//! a cavity; others are solid. A triangle with solid on both sides is a wall inside of the body.
+//! is the volume of a cell that is bounded, and negative outside. A bounded cell that all its triangles face
+//! is a cavity; others are solid. A triangle with solid on both sides is a wall inside of the body.
 //!
 //! It finds no walls whose edges lie on a face without sharing its edges.
 //!

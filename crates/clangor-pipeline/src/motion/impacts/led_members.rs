@@ -81,9 +81,9 @@ impl Scene<'_> {
         Some(unmoved.unwrap_or(free))
     }
 
-    /// The impulses with all recorded members infinitely heavy that do not jump, if these explain the jumps of
-    /// the others so much better than free bodies, which leave a part `free`, that they must be led: a pusher
-    /// on a floor, which seems to hold it, goes on as if it had hit nothing.
+    /// The impulses with all recorded members infinitely heavy that do not jump, if these explain the jumps
+    /// of the others so much better than free bodies, which leave a part `free`, that they must be led: a
+    /// pusher on a floor, which seems to hold it, goes on as if it had hit nothing.
     fn fitted_to_unmoved(
         &self,
         members: &mut [Member],

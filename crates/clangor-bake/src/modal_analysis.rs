@@ -319,6 +319,11 @@ pub(crate) trait RefinableDiscretization {
     fn error_share(&self, _mesh: &Self::Mesh, _mode: usize) -> Option<f64> {
         None
     }
+    /// Whether a finer mesh is to confirm errors that meet the accuracy, since few degrees of freedom may not
+    /// show them.
+    fn is_to_confirm(&self, _mesh: &Self::Mesh) -> bool {
+        false
+    }
     /// Number of nodes, and length of edges in any unit.
     fn size(&self, mesh: &Self::Mesh) -> (usize, f64);
     /// All modes up to a limit \[Hz\].
@@ -423,7 +428,7 @@ fn refined<B: RefinableDiscretization>(
         errors = mesh_errors(&spectrum.frequencies, &fine.frequencies, (&errors, by_edges), share);
         (mesh, edge, spectrum) = (finer, fine_edge, fine);
         let worst = largest(&errors);
-        if worst <= options.accuracy {
+        if worst <= options.accuracy && !body.is_to_confirm(&mesh) {
             break;
         }
         // Next ratio, from the order of convergence.

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! everywhere finer        e = c q/(1 − q),    c = |f_coarse/f − 1|,    q: share of the error that is left,
-//!                         of all modes, or of each where a higher order gains less at some places
+//!                         of all modes, or of each where a higher order gains less at some places;
+//!                         q ≥ 2/3 where c is larger than the error that was expected
 //! in some places finer    e = max(c q/(1 − q), q e_coarse/2), with q of each mode;
 //!                         max(c, q e_coarse) where q is close to 1
 //! ```
@@ -13,6 +14,10 @@ use super::COARSE_MARGIN;
 
 /// Share of an error above which the change of a frequency does not show it.
 const LITTLE_CHANGED: f64 = 0.85;
+/// Least share of an error that is left where a change is larger than the error that was expected: that of
+/// an error ∝ edge, in edges of two thirds.
+const SLOWEST: f64 = 2.0 / 3.0;
+
 /// Estimated relative error of each frequency, from the errors `before`, if they are known, and the share of
 /// them that is left: `alike`, or of each mode where the mesh is finer in some places.
 pub(super) fn mesh_errors(
@@ -30,6 +35,7 @@ pub(super) fn mesh_errors(
                 (Some(q), Some(error)) if q > LITTLE_CHANGED => change.max(q * error),
                 (Some(q), Some(error)) => by_change(change, q).max(0.5 * q * error),
                 (Some(q), None) => by_change(change, q),
+                (None, Some(error)) if change > *error => by_change(change, alike.max(SLOWEST)),
                 (None, _) => by_change(change, alike),
             }
         })
@@ -55,6 +61,9 @@ mod tests {
         let order = mesh_errors(&coarse, &fine, (&[], 0.25), |m| (m == 0).then_some(0.75));
         let expected = [0.09, 0.01 / 3.0, 0.001 / 3.0, 0.0, 0.09];
         assert!(order.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{order:?}");
+        // A change that is larger than the error before.
+        let refuted = mesh_errors(&coarse[..2], &fine[..2], (&[0.02, 0.02], 0.25), |_| None);
+        assert!((refuted[0] - 0.06).abs() < 1e-12 && (refuted[1] - 0.01 / 3.0).abs() < 1e-12, "{refuted:?}");
         // Half of the remainder halved; hardly any; a change that is smaller than the share says.
         let shares = [0.5, 0.95, 0.5, 0.95];
         let local =

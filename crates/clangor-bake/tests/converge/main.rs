@@ -17,6 +17,7 @@ mod baked_impacts;
 mod modal_analysis;
 mod modal_axisymmetric;
 mod modes;
+mod narrow_bands;
 mod resolution;
 mod symmetric_patches;
 mod triangles;

@@ -63,7 +63,7 @@ impl ImmersedBody<'_> {
             if cells.node_count() as f64 <= most {
                 let mut shares = vec![1.0; wanted.errors.len()];
                 worst.iter().zip(halved.shares).for_each(|(mode, share)| shares[*mode] = share);
-                return Ok(Some(Immersed { cells, refinement, shares, ..*than }));
+                return Ok(Some(Immersed { cells, refinement, shares, is_by_order: false, ..*than }));
             }
             more *= 0.5;
         }

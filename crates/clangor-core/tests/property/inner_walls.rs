@@ -138,6 +138,54 @@ fn property_a_face_that_two_parts_have_goes() {
 }
 
 /// A floor of triangles across a ball, with the vertices of the ball at its rim.
+/// Two prisms, one on the other, whose common face has other triangles in each, or a prism with two sheets on
+/// each other across it: one prism.
+#[test]
+fn property_a_face_that_two_parts_divide_otherwise_goes() {
+    for sides in [4, 5, 7, 12] {
+        let level = |z: f64| {
+            (0..sides).map(move |k| {
+                let angle = std::f64::consts::TAU * k as f64 / sides as f64;
+                DVec3::new(0.03 * angle.cos(), 0.05 * angle.sin(), z)
+            })
+        };
+        let vertices: Vec<DVec3> = [0.0, 0.02, 0.07].into_iter().flat_map(level).collect();
+        let at = |level: usize, k: usize| (level * sides + k % sides) as u32;
+        let fan = |level: usize, first: usize, up: bool| {
+            (1..sides - 1).map(move |k| {
+                let [a, b, c] = [at(level, first), at(level, first + k), at(level, first + k + 1)];
+                if up { [a, b, c] } else { [a, c, b] }
+            })
+        };
+        let walls = (0..2).flat_map(|z| {
+            (0..sides).flat_map(move |k| {
+                let [a, b, c, d] = [at(z, k), at(z, k + 1), at(z + 1, k + 1), at(z + 1, k)];
+                [[a, b, c], [a, c, d]]
+            })
+        });
+        let outer: Vec<[u32; 3]> = walls.chain(fan(0, 0, false)).chain(fan(2, 0, true)).collect();
+        let alone = TriMesh { vertices: vertices.clone(), triangles: outer.clone() };
+        let volume = mend(&alone).expect("a prism").report.mass.volume;
+        for turned in [false, true] {
+            let sheets = fan(1, 0, turned).chain(fan(1, 1, !turned));
+            let mesh = TriMesh {
+                vertices: vertices.clone(),
+                triangles: outer.iter().copied().chain(sheets).collect(),
+            };
+            let mended = mend(&mesh).expect("a prism");
+            let off = (mended.report.mass.volume / volume - 1.0).abs();
+            let walls = mended.mends.iter().filter(|mend| mend.fault == Fault::InnerWall);
+            let left_out: usize = walls.map(|mend| mend.count).sum();
+            // Seen: 0.
+            assert!(
+                off < 1e-12 && left_out == 2 * (sides - 2),
+                "{sides} {turned}: {off:.1e}, {:?}",
+                mended.mends
+            );
+        }
+    }
+}
+
 #[test]
 fn property_a_floor_goes() {
     let ball = Shape::parse("sphere:0.05@0.004").unwrap().mesh();

@@ -11,6 +11,9 @@
 //! is the volume of a cell that is bounded, and negative outside. A bounded cell that all its triangles face
 //! is a cavity; others are solid. A triangle with solid on both sides is a wall inside of the body.
 //!
+//! Two triangles at the same angle that face away from each other have a cell without volume between them: two
+//! parts touch there, or a sheet has two sides. They go where both are in the same cell, or both in solids.
+//!
 //! It finds no walls whose edges lie on a face without sharing its edges.
 //!
 //! Source: Attene (2016), "As-exact-as-possible repair of unprintable STL files", the outer
@@ -28,7 +31,7 @@ use crate::math::disjoint_sets::DisjointSets;
 
 /// Least volume of a bounded cell over the cube of the diagonal, above rounding.
 const LEAST_VOLUME: f64 = 1e-12;
-/// Least angle between triangles at an edge \[rad\]; those that lie on each other have no order.
+/// Least angle between triangles at an edge that do not lie on each other \[rad\].
 const SAME_ANGLE: f64 = 1e-6;
 
 /// Removes the faces between parts that share their corners, if one solid is left: both parts have one there.
@@ -64,6 +67,14 @@ pub(super) fn remove_common_faces(work: &mut Repair) {
     }
 }
 
+/// Removes the faces between closed parts that divide them into other triangles each.
+pub(super) fn remove_faces_between_parts(work: &mut Repair) {
+    let is_even = |edge: &[Side]| 2 * edge.iter().filter(|side| side.ascending).count() == edge.len();
+    if Sides::new(&work.mesh).edges().all(is_even) {
+        remove_inner_walls(work);
+    }
+}
+
 /// Removes walls with solid on both sides.
 pub(super) fn remove_inner_walls(work: &mut Repair) {
     let mesh = &work.mesh;
@@ -90,14 +101,23 @@ pub(super) fn remove_inner_walls(work: &mut Repair) {
         volumes[behind] += volume;
         is_cavity[behind] = false;
     }
-    let solid: Vec<bool> = (0..2 * count)
-        .map(|side| {
-            let cell = cells.root(side);
-            volumes[cell] > LEAST_VOLUME && !is_cavity[cell]
-        })
-        .collect();
-    let marked: Vec<bool> = (0..count).map(|t| solid[2 * t] && solid[2 * t + 1]).collect();
-    work.remove(&marked, Fault::InnerWall);
+    let roots: Vec<usize> = (0..2 * count).map(|side| cells.root(side)).collect();
+    let is_solid = |side: usize| volumes[roots[side]] > LEAST_VOLUME && !is_cavity[roots[side]];
+    // Cells without volume that have the same on all sides.
+    let mut is_flat: Vec<bool> = (0..2 * count).map(|k| volumes[k].abs() <= LEAST_VOLUME).collect();
+    let mut around: Vec<Option<usize>> = vec![None; 2 * count];
+    for t in 0..count {
+        let (front, behind) = (roots[2 * t], roots[2 * t + 1]);
+        is_flat[front] = false;
+        let first = *around[behind].get_or_insert(2 * t);
+        is_flat[behind] &= roots[first] == front || is_solid(first) && is_solid(2 * t);
+    }
+    let is_wall = |t: usize| is_solid(2 * t) && (is_solid(2 * t + 1) || is_flat[roots[2 * t + 1]]);
+    let is_sheet = |t: usize| is_flat[roots[2 * t + 1]];
+    let marked: Vec<bool> = (0..count).map(|t| is_wall(t) || is_sheet(t)).collect();
+    if marked.contains(&false) {
+        work.remove(&marked, Fault::InnerWall);
+    }
 }
 
 /// The cell at larger angles than a side.
@@ -110,15 +130,25 @@ fn below(side: &Side) -> usize {
     2 * side.triangle as usize + usize::from(side.ascending)
 }
 
-/// The sides at an edge by their angle; `None` if three or more have no order.
+/// The sides at an edge by their angle. Of two that lie on each other, those that face away from each other
+/// are both in front; `None` if others have no order.
 fn in_order(mesh: &TriMesh, edge: &[Side]) -> Option<Vec<Side>> {
     if edge.len() <= 2 {
         return Some(edge.to_vec());
     }
-    let angles = angles(mesh, edge);
-    let mut around: Vec<(f64, Side)> = angles.into_iter().zip(edge.iter().copied()).collect();
+    // Those just before a full turn lie on the first.
+    let angles = angles(mesh, edge).into_iter();
+    let angles = angles.map(|angle| if angle > TAU - SAME_ANGLE { angle - TAU } else { angle });
+    let mut around: Vec<(f64, Side)> = angles.zip(edge.iter().copied()).collect();
     around.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let ends = around.iter().map(|(angle, _)| *angle).chain([around[0].0 + TAU]);
-    let steps = around.iter().zip(ends.skip(1)).map(|((angle, _), next)| next - angle);
-    steps.fold(f64::MAX, f64::min).ge(&SAME_ANGLE).then(|| around.into_iter().map(|(_, side)| side).collect())
+    let mut lying = around.chunk_by_mut(|a, b| b.0 - a.0 < SAME_ANGLE);
+    let are_ordered = lying.all(|sides| match sides {
+        [_] => true,
+        [a, b] if a.1.ascending != b.1.ascending => {
+            sides.sort_by_key(|(_, side)| side.ascending);
+            true
+        }
+        _ => false,
+    });
+    are_ordered.then(|| around.into_iter().map(|(_, side)| side).collect())
 }

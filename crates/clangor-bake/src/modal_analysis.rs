@@ -1,15 +1,13 @@
 //! Modes of a free body of any shape up to a frequency, with the discretisation error of each.
 //!
 //! Frequencies fall as a mesh is refined, and the spectra of both meshes are complete, so that the k-th mode
-//! of one corresponds to the k-th of the other. With edges h and r h of their elements, the remaining error
-//! is
+//! of one corresponds to the k-th of the other. With edges h and r h, the remaining error is
 //!
 //! ```text
 //! f(h) − f(0) ≈ (f(r h) − f(h)) / (r^p − 1),    p = 4 for quadratic elements; less where they are cut
 //! ```
 //!
-//! Meshes are refined until this is below the requested accuracy for all modes, or until the node limit is
-//! reached.
+//! Meshes are refined until this is below the requested accuracy for all modes, or to the node limit.
 
 pub(crate) mod axisymmetric;
 pub mod eigensolver;
@@ -319,8 +317,7 @@ pub(crate) trait RefinableDiscretization {
     fn error_share(&self, _mesh: &Self::Mesh, _mode: usize) -> Option<f64> {
         None
     }
-    /// Whether a finer mesh is to confirm errors that meet the accuracy, since few degrees of freedom may not
-    /// show them.
+    /// Whether a finer mesh must follow, since few nodes may not show the errors.
     fn is_to_confirm(&self, _mesh: &Self::Mesh) -> bool {
         false
     }
@@ -350,7 +347,7 @@ pub(crate) trait RefinableDiscretization {
     }
     /// The matrices of a mesh, if there is one system of the whole body.
     fn system(&self, mesh: &Self::Mesh) -> Option<ElasticSystem>;
-    /// The surface and the first `count` shapes there.
+    /// The surface and the first `count` shapes.
     fn shapes(&self, mesh: &Self::Mesh, modes: &Self::Modes, count: usize)
     -> (ModalSurface, Vec<Vec<DVec3>>);
 }

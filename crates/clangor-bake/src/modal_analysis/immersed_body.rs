@@ -5,8 +5,8 @@
 //! the same grid: the spaces are nested, so that both are too high, the lower order by more. Where walls meet
 //! at inner edges, less is gained by order 4, and the same difference means a larger error, most of all in
 //! cells with the end of a slit or a corner of a plate (`order_gain`). There, cells are halved again and
-//! again where modes are resolved least (`local_refinement`); elsewhere all become smaller. On a few nodes, the
-//! change from order 3 to 4 alone shows no error: one grid of smaller cells follows in any case.
+//! again where modes are resolved least (`local_refinement`); elsewhere all become smaller. On a few nodes,
+//! the change from order 3 to 4 alone shows no error: one grid of smaller cells follows in any case.
 //!
 //! Where a body has mirror planes, the cells are on one side of them (see
 //! [`mirror_parities`](super::mirror_parities)). The other side then is the image of this one, noise of the
@@ -48,7 +48,7 @@ const EDGE_IN_WAVES: f64 = 0.6;
 const WAVE_ERROR: f64 = 0.005;
 const WAVE_ORDER: f64 = 8.0;
 /// Least number of cells along the longest extent: of compact bodies, and of thin ones, whose parts may be
-/// much smaller. Seen: frequencies of a coil spring of eight turns 3 to 19 % high in two cells, 0.3 % in four.
+/// much smaller. Seen: frequencies of a coil spring of eight turns 3 % high with two, 0.3 % with four.
 const LEAST_CELLS: f64 = 2.0;
 const LEAST_THIN_CELLS: f64 = 6.0;
 /// Largest edge in typical walls: thinner walls lose digits.

@@ -11,8 +11,8 @@
 //! is the volume of a cell that is bounded, and negative outside. A bounded cell that all its triangles face
 //! is a cavity; others are solid. A triangle with solid on both sides is a wall inside of the body.
 //!
-//! Two triangles at the same angle that face away from each other have a cell without volume between them: two
-//! parts touch there, or a sheet has two sides. They go where both are in the same cell, or both in solids.
+//! Two triangles at the same angle that face away from each other have a cell without volume between them:
+//! two parts touch there, or a sheet has two sides. They go where both are in the same cell, or in solids.
 //!
 //! It finds no walls whose edges lie on a face without sharing its edges.
 //!

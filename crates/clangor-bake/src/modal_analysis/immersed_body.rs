@@ -359,9 +359,8 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     }
 
     fn is_to_confirm(&self, mesh: &Immersed) -> bool {
-        let is_by_order = mesh.order == self.last_order() && mesh.is_by_order;
         let is_accurate = self.effort == CellEffort::Accurate;
-        is_accurate && self.walls.thin && is_by_order && mesh.cells.node_count() < FEW_NODES
+        is_accurate && self.walls.thin && mesh.is_by_order && mesh.cells.node_count() < FEW_NODES
     }
 
     fn error_share(&self, mesh: &Immersed, mode: usize) -> Option<f64> {

@@ -181,7 +181,6 @@ pub fn mend(mesh: &TriMesh) -> Result<Mended, MeshError> {
     let mut work = Repair { mesh: welded, mends: Vec::new(), diagonal };
     faces::remove_flat(&mut work);
     seams::close_cracks(&mut work);
-    inner_walls::remove_common_faces(&mut work);
     inner_walls::remove_faces_between_parts(&mut work);
     let mut touching = touching::separate(&mut work);
     faces::remove_double(&mut work)?;

@@ -20,10 +20,8 @@
 //! hull. `Differs`: cells by their volume, not by growth from an outermost triangle, so that walls go and all
 //! else remains.
 
-use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use super::super::solid::check_solid;
 use super::super::tri_mesh::TriMesh;
 use super::edges::{Side, Sides, angles};
 use super::{Fault, Repair};
@@ -34,40 +32,7 @@ const LEAST_VOLUME: f64 = 1e-12;
 /// Least angle between triangles at an edge that do not lie on each other \[rad\].
 const SAME_ANGLE: f64 = 1e-6;
 
-/// Removes the faces between parts that share their corners, if one solid is left: both parts have one there.
-pub(super) fn remove_common_faces(work: &mut Repair) {
-    let triangles = &work.mesh.triangles;
-    let sorted = |t: &[u32; 3]| {
-        let mut key = *t;
-        key.sort_unstable();
-        key
-    };
-    let is_even = |[a, b, c]: &[u32; 3]| (a < b) as u8 + (b < c) as u8 + (c < a) as u8 == 2;
-    let mut same: HashMap<[u32; 3], Vec<usize>> = HashMap::new();
-    triangles.iter().enumerate().for_each(|(t, corners)| same.entry(sorted(corners)).or_default().push(t));
-    let mut marked = vec![false; triangles.len()];
-    for pair in same.values() {
-        if let [one, other] = pair[..]
-            && is_even(&triangles[one]) != is_even(&triangles[other])
-        {
-            (marked[one], marked[other]) = (true, true);
-        }
-    }
-    // At the border of a sheet with two sides only these meet.
-    let sides = Sides::new(&work.mesh);
-    let is_sheet = |edge: &[Side]| edge.len() == 2 && edge.iter().any(|side| marked[side.triangle as usize]);
-    if !marked.contains(&true) || sides.edges().any(is_sheet) {
-        return;
-    }
-    let mut left = work.mesh.clone();
-    let mut marks = marked.iter();
-    left.triangles.retain(|_| !marks.next().copied().unwrap_or(false));
-    if check_solid(&left.weld(0.0)).is_ok_and(|report| report.components == 1) {
-        work.remove(&marked, Fault::InnerWall);
-    }
-}
-
-/// Removes the faces between closed parts that divide them into other triangles each.
+/// Removes the faces between closed parts, which may divide them into other triangles each.
 pub(super) fn remove_faces_between_parts(work: &mut Repair) {
     let is_even = |edge: &[Side]| 2 * edge.iter().filter(|side| side.ascending).count() == edge.len();
     if Sides::new(&work.mesh).edges().all(is_even) {
@@ -112,9 +77,8 @@ pub(super) fn remove_inner_walls(work: &mut Repair) {
         let first = *around[behind].get_or_insert(2 * t);
         is_flat[behind] &= roots[first] == front || is_solid(first) && is_solid(2 * t);
     }
-    let is_wall = |t: usize| is_solid(2 * t) && (is_solid(2 * t + 1) || is_flat[roots[2 * t + 1]]);
-    let is_sheet = |t: usize| is_flat[roots[2 * t + 1]];
-    let marked: Vec<bool> = (0..count).map(|t| is_wall(t) || is_sheet(t)).collect();
+    let is_wall = |t: usize| is_solid(2 * t) && is_solid(2 * t + 1) || is_flat[roots[2 * t + 1]];
+    let marked: Vec<bool> = (0..count).map(is_wall).collect();
     if marked.contains(&false) {
         work.remove(&marked, Fault::InnerWall);
     }

@@ -320,13 +320,13 @@ fn with_meshes_of(own: &Path, found: &Path) {
 fn cross_the_table_of_the_guide() {
     const SLAB: &str = "[render]\nfloor = \"rigid\"\n[[plane]]\nmaterial = \"granite\"\n";
     const TABLE: &str = "[render]\nfloor = \"rigid\"\nfloor_height = 0.4\n";
-    // With the least share of windows that sound alike. Seen: 1, 0.905, 0.910, 0.939, and 0.553 in a mug.
+    // With the least share of windows that sound alike. Seen: 1, 0.905, 0.925, 0.946, and 0.809 in a mug.
     let scenes = [
         ("ball-drop", GRANITE, 0.99),
         ("dice", TABLE, 0.9),
         ("coins", TABLE, 0.9),
         ("bowls", SLAB, 0.9),
-        ("mug-and-coin", TABLE, 0.5),
+        ("mug-and-coin", TABLE, 0.75),
     ];
     for (scene, planes, alike) in scenes {
         println!("{scene}");
@@ -334,7 +334,7 @@ fn cross_the_table_of_the_guide() {
         let path = folder.path();
         exported_and_imported(path, scene, planes, &["24", "120", "1000"]);
         let [_, coarse, fine] = ["24", "120", "1000"].map(|rate| score(path, rate));
-        // Seen: 0.98 and more, but 0.969 for coins, 0.931 in a mug: more than one impact of a body in a
+        // Seen: 0.98 and more, but 0.973 for coins, 0.936 in a mug: more than one impact of a body in a
         // frame.
         let least = strongest_of_frames(&hits(&read(path, "own.timeline")), 120.0).min(0.98);
         assert!(coarse.energy > least, "{scene}: {}", coarse.energy);

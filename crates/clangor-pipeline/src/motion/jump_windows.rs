@@ -39,7 +39,7 @@ use clangor_core::body::BodyId;
 use glam::{DMat3, DVec3};
 
 use super::kinematics::{Jump, Kinematics, Start};
-use super::steady_pushes::{LEAST_PUSH, STEADY, is_of_pushes, lasts};
+use super::steady_pushes::{LEAST_PUSH, STEADY, is_of_pushes, lasts, leaves_steady_push};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
@@ -411,28 +411,15 @@ fn hits(kinematics: &Kinematics<'_>, clear: f64) -> Vec<bool> {
         let high = (k + NEIGHBOURS + 1).min(jumps.len().saturating_sub(1));
         let around = sizes.get(low..high).unwrap_or_default();
         let stands_out = || around.iter().filter(|size| **size < excess).count() > around.len() / 4;
-        around.is_empty() || stands_out() || leaves_steady_push(jumps, k, (clear, fall))
+        around.is_empty()
+            || stands_out()
+            || leaves_steady_push(jumps, k, (unsupported_threshold(clear, fall), fall))
     };
     // What rests or is carried for so many frames is no impact, where it has just begun.
     let is_carried =
         |k: usize| (k..k + CARRIED).all(|frame| frame + 1 >= jumps.len() || kinematics.is_held(frame));
     let is_none = |k: usize| is_carried(k) || is_lasting(jumps, k, g) || is_of_pushes(jumps, k, g);
     (0..jumps.len()).map(|k| is_hit(k) && !is_none(k)).collect()
-}
-
-/// Whether a jump differs from a push that is the same in the two frames before it and after it: that of a
-/// hinge or a hand which carries a door, and at few frames a second is as large as that of its stop.
-fn leaves_steady_push(jumps: &[Jump], k: usize, (clear, fall): (f64, f64)) -> bool {
-    let around = |frame: Option<usize>| frame.and_then(|frame| jumps.get(frame)).map(|jump| jump.velocity);
-    let frames = [k.checked_sub(2), k.checked_sub(1), Some(k + 1), Some(k + 2)];
-    let [Some(a), Some(b), Some(c), Some(d)] = frames.map(around) else { return false };
-    let (own, least, most) = (jumps[k].velocity, unsupported_threshold(clear, fall), STEADY * fall);
-    // Most jumps are like the one before, which is near the mean of steady ones.
-    if own.distance_squared(b) < (least - most).max(0.0).powi(2) {
-        return false;
-    }
-    let steady = 0.25 * (a + b + c + d);
-    [a, b, c, d].iter().all(|push| push.distance(steady) < most) && own.distance(steady) > least
 }
 
 /// Whether a jump is within a row of five that go over into each other, within 10 ms: a force that lasts, as

@@ -64,6 +64,46 @@ pub(super) fn is_of_pushes(jumps: &[Jump], k: usize, gravity: f64) -> bool {
     goes_on || [-1, 1].into_iter().any(|step| left_out.into_iter().any(|out| is_between((step, out))))
 }
 
+/// Whether a jump differs from pushes that last before it and after it, and from those that lead from the one
+/// to the other: that of the stop of a door which a hinge or a hand carries, or of a box which slides on, at
+/// few frames a second is no larger than they are. The smaller share of an impact is left out; `least` is the
+/// difference that counts, `fall` is g h [m/s].
+pub(super) fn leaves_steady_push(jumps: &[Jump], k: usize, (least, fall): (f64, f64)) -> bool {
+    let push = |frame: usize| jumps.get(frame).map(|jump| jump.velocity);
+    let most = STEADY * fall;
+    // Most jumps are like both before, one of which is near the mean of steady ones.
+    let is_like = |frame: Option<usize>| {
+        let others = frame.and_then(push).zip(push(k));
+        others.is_some_and(|(other, own)| own.distance_squared(other) < (least - most).max(0.0).powi(2))
+    };
+    if [1, 2].into_iter().all(|n| is_like(k.checked_sub(n))) {
+        return false;
+    }
+    // The mean of two frames beyond `left_out` on one side where they are alike.
+    let steady = |step: isize, left_out: isize| {
+        let frames = [1, 2].map(|n| k.checked_add_signed(step * (left_out + n)).and_then(push));
+        let [Some(near), Some(far)] = frames else { return None };
+        (near.distance(far) < 2.0 * most).then(|| 0.5 * (near + far))
+    };
+    // What is left of a jump beyond the nearest push between two.
+    let beyond = |own: DVec3, (one, other): (DVec3, DVec3)| {
+        let way = other - one;
+        let part = (own - one).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
+        own - (one + way * part.clamp(0.0, 1.0))
+    };
+    [(0, 0), (0, 1), (1, 0)].into_iter().any(|(before, after)| {
+        let (Some(own), Some(one), Some(other)) = (push(k), steady(-1, before), steady(1, after)) else {
+            return false;
+        };
+        let rest = beyond(own, (one, other));
+        let twin = if before > 0 { k - 1 } else { k + after as usize };
+        let is_larger = push(twin)
+            .map(|share| beyond(share, (one, other)))
+            .is_some_and(|share| share.dot(rest) > 0.0 && share.length_squared() <= rest.length_squared());
+        rest.length() > least && is_larger
+    })
+}
+
 /// Acceleration beyond gravity at a frame that is neither the first nor the last [m/s²].
 fn push(jumps: &[Jump], k: usize) -> Option<DVec3> {
     let is_within = (1..jumps.len().saturating_sub(1)).contains(&k);

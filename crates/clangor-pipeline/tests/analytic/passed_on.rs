@@ -170,6 +170,53 @@ fn analytic_a_block_that_slides_passes_the_impact_on() {
     }
 }
 
+/// A box slides along the ground into another, and both slide on with the friction of the ground, which at few
+/// frames a second is as large as the jump of either.
+#[test]
+fn analytic_a_box_that_slides_into_another_gives_it_its_impulse() {
+    const SPEED: f64 = 0.9;
+    const FRICTION: f64 = 3.0;
+    let block = |length: f64| {
+        let mesh = Shape::parse(&format!("box:{length}x0.06x0.1")).unwrap().mesh();
+        let (surface, mass) = MeshSurface::try_new(mesh, Vec::new()).unwrap();
+        Body::solid("box", presets::STEEL.material(), Arc::new(Surface::Mesh(surface)), &mass)
+    };
+    let floor = Body::plane("floor", presets::GRANITE.material(), DVec3::ZERO, DVec3::Y);
+    let bodies = vec![block(0.1), block(0.08), floor];
+    let masses = [0, 1].map(|k: usize| bodies[k].mass);
+    for (rate, part, restitution) in [24.0, 25.0, 30.0, 60.0, 120.0, 1000.0]
+        .into_iter()
+        .flat_map(|rate| [0.1, 0.3, 0.5, 0.7, 0.9].map(|part| (rate, part)))
+        .flat_map(|(rate, part)| [0.0, 0.3, 0.8].map(|restitution| (rate, part, restitution)))
+    {
+        let instant = ((0.3_f64 * rate).floor() + part) / rate;
+        let impulse = (1.0 + restitution) * SPEED / (masses[0].recip() + masses[1].recip());
+        let after = [SPEED - impulse / masses[0], impulse / masses[1]];
+        let recorded = |k: usize| {
+            sampled(k as u32, rate, move |t| {
+                let since = t - instant;
+                let way = if since > 0.0 {
+                    let slides = since.min(after[k] / FRICTION);
+                    after[k] * slides - 0.5 * FRICTION * slides * slides
+                } else if k == 0 {
+                    SPEED * since - 0.5 * FRICTION * since * since
+                } else {
+                    0.0
+                };
+                DVec3::new([-0.05, 0.04][k] + way, 0.03, 0.0)
+            })
+        };
+        let found = impacts(bodies.clone(), &[recorded(0), recorded(1)]);
+        let which = format!("{rate} Hz, {part} of a frame, restitution {restitution}");
+        assert_eq!(found.keys().copied().collect::<Vec<[u32; 2]>>(), [[0, 1]], "{which}");
+        let off = found[&[0, 1]].0 / impulse - 1.0;
+        println!("{which}: {off:.1e}");
+        // Seen: 1e-8 and less in most, 9.6e-2 where a body slides for a frame or two only, or the smaller share
+        // of the impact is no larger than the friction in a frame.
+        assert!(off.abs() < 0.12, "{which}: {off}");
+    }
+}
+
 /// A door that hits a post, and whose lower edge touches the ground: what its hinge takes of the stop is not
 /// passed on.
 #[test]

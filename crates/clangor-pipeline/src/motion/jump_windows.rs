@@ -188,7 +188,8 @@ impl Run<'_> {
     /// The first impacts of a run of frames that count, and how many of its frames they take; `before` is the
     /// last frame of the impact before.
     fn first_impacts(&self, k: usize, length: usize, before: usize) -> (Vec<JumpWindow>, usize) {
-        let is_one = |k: usize| cosine(self.kinematics, k, k + 1) > SAME_DIRECTION;
+        let is_one =
+            |k: usize| cosine(self.kinematics, k, k + 1).max(self.cosine_of_shares(k)) > SAME_DIRECTION;
         match length {
             0 | 1 => {}
             _ if is_one(k) => return (vec![self.window(k, k + 1)], 2),
@@ -208,6 +209,20 @@ impl Run<'_> {
             }
         }
         (vec![self.single(k, before)], 1)
+    }
+
+    /// Cosine between the jumps of a frame and the next, beyond what holds the body there.
+    fn cosine_of_shares(&self, k: usize) -> f64 {
+        let kinematics = self.kinematics;
+        let (Some(early), Some(late)) = (kinematics.left.get(k), kinematics.left.get(k + 1)) else {
+            return 0.0;
+        };
+        let pushes = Support::around(kinematics, k, k + 1).pushes(0.5);
+        let [a, b] =
+            [(early, &pushes[0]), (late, &pushes[1])].map(|(jump, push)| sum(jump, &scaled(push, -1.0)));
+        let dot = |a: &Jump, b: &Jump| product(kinematics, k, a, b);
+        let squares = dot(&a, &a) * dot(&b, &b);
+        if squares > 0.0 { dot(&a, &b) / squares.sqrt() } else { 0.0 }
     }
 
     /// An impact near one frame, with the share below the threshold that a neighbour may have.

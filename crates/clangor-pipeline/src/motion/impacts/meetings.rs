@@ -32,6 +32,8 @@ const MERGED: f64 = 0.075;
 /// fit says of it is uncertain.
 const RESTS: (f64, f64) = (0.006, 0.3);
 const SLIDES: f64 = 0.1;
+/// Part of the speed of an impact with the same impulse that both may have beyond that.
+const RESTS_BESIDE: f64 = 0.05;
 /// Least part of an impulse along which the one that causes it drives the body. A hinge or a wrong fit gives
 /// the rest of it.
 const DRIVEN: f64 = 0.3;
@@ -156,7 +158,8 @@ impl Event {
         let relative = velocity(whole.point);
         let parting = relative.dot(whole.normal);
         let across = (relative - whole.normal * parting).length();
-        let rests = parting.abs() <= RESTS.0 + RESTS.1 * fall && across <= SLIDES + RESTS.1 * fall;
+        let more = RESTS.1 * fall + RESTS_BESIDE * speed;
+        let rests = parting.abs() <= RESTS.0 + more && across <= SLIDES + more;
         let met = match speed >= least && rests {
             _ if hits => Met::Hit,
             true => Met::PassOn,

@@ -120,8 +120,8 @@ impl Scene<'_> {
         self.keep_gap(event, pair, first..=window.last + 1, TOGETHER.0)
     }
 
-    /// Whether a ball follows a surface through an event: its pushes go over into each other, and it touches
-    /// the surface at all of their frames.
+    /// Whether a ball follows a surface through an event: its pushes go over into each other, what the surface
+    /// gives is no more than these, and it touches the surface at all of their frames.
     fn is_guided(&self, event: &Event, pair: [usize; 2]) -> bool {
         let surfaces = pair.map(|place| &self.surfaces[event.members[place].body.index()]);
         let Some((window, kinematics)) = self.frames_of(event, pair) else { return false };
@@ -131,9 +131,15 @@ impl Scene<'_> {
         let size = surfaces.iter().map(|sampled| sampled.radius).fold(f64::INFINITY, f64::min);
         let gravity = self.world.gravity.length();
         let touches =
-            |row: Range<usize>| self.keep_gap(event, pair, row.start..=row.end - 1, TOUCHING.0 * size);
+            |row: &Range<usize>| self.keep_gap(event, pair, row.start..=row.end - 1, TOUCHING.0 * size);
+        // A ball between others that passes an impact on hardly moves: its own pushes are far smaller.
+        let given: DVec3 = event.impulses_of(pair).sum();
+        let pushed = |row: &Range<usize>| -> f64 {
+            kinematics.jumps[row.clone()].iter().map(|jump| jump.velocity.length()).sum()
+        };
+        let is_of_row = |row: &Range<usize>| given.length() <= kinematics.inertia.mass * pushed(row);
         // The frames before the event too: what comes to rest on the surface has touched it since alone.
-        lasting_rows(&kinematics.jumps, window.first, gravity).any(touches)
+        lasting_rows(&kinematics.jumps, window.first, gravity).any(|row| is_of_row(&row) && touches(&row))
     }
 
     /// The window of the first of a pair that has one, and the frames of that body.
@@ -197,6 +203,12 @@ impl Event {
             }
         }
         Approach { speed, returned: if before > 0.0 { after / before } else { 0.0 } }
+    }
+
+    /// The impulses of a pair on its first body [N s].
+    fn impulses_of(&self, pair: [usize; 2]) -> impl Iterator<Item = DVec3> {
+        let all = self.points.iter().zip(&self.impulses);
+        all.filter(move |((contact, _), _)| contact.bodies == pair).map(|(_, impulse)| *impulse)
     }
 
     /// Whether as many points of a pair are near as those of a rim.

@@ -317,8 +317,8 @@ pub(crate) trait RefinableDiscretization {
     fn error_share(&self, _mesh: &Self::Mesh, _mode: usize) -> Option<f64> {
         None
     }
-    /// Whether a finer mesh must follow, since few nodes may not show the errors.
-    fn is_to_confirm(&self, _mesh: &Self::Mesh) -> bool {
+    /// Whether a finer mesh must follow, since few nodes may not show errors of this accuracy.
+    fn is_to_confirm(&self, _mesh: &Self::Mesh, _accuracy: f64) -> bool {
         false
     }
     /// Number of nodes, and length of edges in any unit.
@@ -425,7 +425,7 @@ fn refined<B: RefinableDiscretization>(
         errors = mesh_errors(&spectrum.frequencies, &fine.frequencies, (&errors, by_edges), share);
         (mesh, edge, spectrum) = (finer, fine_edge, fine);
         let worst = largest(&errors);
-        if worst <= options.accuracy && !body.is_to_confirm(&mesh) {
+        if worst <= options.accuracy && !body.is_to_confirm(&mesh, options.accuracy) {
             break;
         }
         // Next ratio, from the order of convergence.

@@ -261,8 +261,8 @@ fn analytic_a_box_that_slides_into_another_gives_it_its_impulse() {
         assert_eq!(found.keys().copied().collect::<Vec<[u32; 2]>>(), [[0, 1]], "{which}");
         let off = found[&[0, 1]].0 / impulse - 1.0;
         println!("{which}: {off:.1e}");
-        // Seen: 1e-8 and less in most, 9.6e-2 where a body slides for a frame or two only, or the smaller share
-        // of the impact is no larger than the friction in a frame.
+        // Seen: 1e-8 and less in most, 9.6e-2 where a body slides for a frame or two only, or the smaller
+        // share of the impact is no larger than the friction in a frame.
         assert!(off.abs() < 0.12, "{which}: {off}");
     }
 }

@@ -37,7 +37,7 @@ impl ImmersedBody<'_> {
         }
         let shapes: Vec<&[DVec3]> = modes.iter().map(|part| &part.mode.shape[..]).collect();
         let remainders = than.cells.remainders(&shapes, self.constants);
-        let singular = self.cells_at_edges(&than.cells);
+        let singular = self.cells_at(&self.singular_edges, &than.cells);
         let elsewhere = self.order_gain().recip();
         let left = |cell: &LevelPlace| if singular.contains(cell) { EDGE_GAIN.recip() } else { elsewhere };
         let share = |mode: usize| {
@@ -48,15 +48,15 @@ impl ImmersedBody<'_> {
         (0..modes.len()).map(share).collect()
     }
 
-    /// The cells that a singular edge touches.
-    fn cells_at_edges(&self, cells: &FiniteCells) -> BTreeSet<LevelPlace> {
+    /// The cells that edges touch, given by their ends.
+    pub(super) fn cells_at(&self, edges: &[[DVec3; 2]], cells: &FiniteCells) -> BTreeSet<LevelPlace> {
         let framed = |point: DVec3| match &self.mirrors {
             Some(mirrors) => mirrors.frame.transpose() * (point - mirrors.centre),
             None => point,
         };
         let edge = cells.smallest_edge();
         let mut found = BTreeSet::new();
-        for [from, to] in &self.singular_edges {
+        for [from, to] in edges {
             let count = (SAMPLES * from.distance(*to) / edge).ceil().max(1.0);
             for k in 0..=count as usize {
                 let point = framed(from.lerp(*to, k as f64 / count));

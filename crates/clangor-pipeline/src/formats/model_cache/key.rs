@@ -21,7 +21,7 @@ const SOLVERS: u32 = 3;
 const FINE_SOLVERS: u32 = 4;
 const FINE: f64 = 0.01;
 /// The same for modes and their sound.
-const MODAL_SOLVERS: u32 = 11;
+const MODAL_SOLVERS: u32 = 12;
 /// The same for the bank of ringing ellipsoids.
 const BANK_SOLVERS: u32 = 3;
 /// The same for the convex parts of meshes, by a change of any bit.

@@ -69,8 +69,8 @@ impl Scene<'_> {
         events
     }
 
-    /// The event through all bodies that touch, if it goes farther than the one that ends at bodies with several
-    /// impacts, and if all happen at one instant: those of balls that touch each other.
+    /// The event through all bodies that touch, if it goes farther than the one that ends at bodies with
+    /// several impacts, and if all happen at one instant: those of balls that touch each other.
     fn whole_event(
         &self,
         windows: &[JumpWindow],

@@ -86,11 +86,13 @@ const MOST_EXPECTED: f64 = 1.5;
 const FINER_SHARE: f64 = 0.75;
 /// Least ratio of edges that is worth another grid.
 const LEAST_RATIO: f64 = 1.1;
-/// Nodes of thin bodies, and of those with inner edges, below which the change from one order to the next
-/// alone does not show an error. Seen: 2.0 % where 0.85 % was expected (angle iron of 300 × 30 × 30 × 3 mm
-/// to 1.5 kHz, 650 nodes), 6.5 % for 0.3 % (bar with a T section of 300 × 24 × 20 × 4 mm), 5.5 % for 0.4 %
-/// (square bar that ends within a cylinder).
+/// Nodes of thin bodies below which the change from one order to the next alone does not show an error. Seen:
+/// 2.0 % where 0.85 % was expected (angle iron of 300 × 30 × 30 × 3 mm to 1.5 kHz, 650 nodes).
 const FEW_NODES: usize = 2000;
+/// Nodes of bodies with inner edges below which neither that nor smaller cells at some of the edges do. Seen:
+/// 6.5 % for 0.3 % (bar with a T section of 300 × 24 × 20 × 4 mm, 650 nodes), 5.6 % for 0.4 % (square bar that
+/// ends within a cylinder, 1085 nodes).
+const FEW_NODES_AT_EDGES: usize = 5000;
 /// Largest error that few nodes may hide.
 const LARGEST_HIDDEN: f64 = 0.07;
 /// Ratio of edges that shows it, and the accuracy where cells are halved, over that asked for.
@@ -148,6 +150,8 @@ pub(super) struct Immersed {
     shares: Vec<f64>,
     /// Whether the grid before was the same of a lower order.
     is_by_order: bool,
+    /// Whether cells at all inner edges were halved.
+    is_finer_at_edges: bool,
 }
 
 impl<'a> ImmersedBody<'a> {
@@ -205,6 +209,13 @@ impl<'a> ImmersedBody<'a> {
         }
     }
 
+    /// Whether a grid has so few nodes that all cells at inner edges are to become smaller.
+    fn may_hide_edges(&self, mesh: &Immersed, accuracy: f64) -> bool {
+        let has_edges = self.walls.creased || !self.singular_edges.is_empty();
+        let is_few = !mesh.is_finer_at_edges && mesh.cells.node_count() < FEW_NODES_AT_EDGES;
+        has_edges && is_few && accuracy <= LARGEST_HIDDEN
+    }
+
     /// Error of the lower order in that of the higher.
     fn order_gain(&self) -> f64 {
         match (self.walls.creased, self.effort) {
@@ -247,7 +258,15 @@ impl<'a> ImmersedBody<'a> {
     fn on(&self, grid: CellGrid, order: Order) -> Result<Immersed, ModalAnalysisError> {
         let refinement = Refinement::default();
         let cells = FiniteCells::new(self.framed(), (grid, &refinement), order, self.walls.thickness)?;
-        Ok(Immersed { cells, edge: grid.edge, order, refinement, shares: Vec::new(), is_by_order: false })
+        Ok(Immersed {
+            cells,
+            edge: grid.edge,
+            order,
+            refinement,
+            shares: Vec::new(),
+            is_by_order: false,
+            is_finer_at_edges: false,
+        })
     }
 
     /// Where clamps in boxes end within the body, by more than rounding in cells of an edge \[m\].
@@ -338,7 +357,9 @@ impl RefinableDiscretization for ImmersedBody<'_> {
         };
         let is_met = largest(wanted.errors) <= wanted.accuracy;
         if self.walls.creased || !self.singular_edges.is_empty() {
-            if is_met && let Some(mesh) = self.finer_at_edges(than, (wanted.errors.len(), most))? {
+            if self.may_hide_edges(than, wanted.accuracy)
+                && let Some(mesh) = self.finer_at_edges(than, (wanted.errors.len(), most))?
+            {
                 return Ok(mesh);
             }
             let part = if is_met { CONFIRMING_ACCURACY } else { 1.0 };
@@ -367,9 +388,9 @@ impl RefinableDiscretization for ImmersedBody<'_> {
     }
 
     fn is_to_confirm(&self, mesh: &Immersed, accuracy: f64) -> bool {
-        let is_accurate = self.effort == CellEffort::Accurate && accuracy <= LARGEST_HIDDEN;
-        let may_hide = self.walls.thin || self.walls.creased || !self.singular_edges.is_empty();
-        is_accurate && may_hide && mesh.is_by_order && mesh.cells.node_count() < FEW_NODES
+        let is_few = mesh.is_by_order && mesh.cells.node_count() < FEW_NODES;
+        let may_hide = self.walls.thin && is_few && accuracy <= LARGEST_HIDDEN;
+        self.effort == CellEffort::Accurate && (may_hide || self.may_hide_edges(mesh, accuracy))
     }
 
     fn error_share(&self, mesh: &Immersed, mode: usize) -> Option<f64> {

@@ -211,18 +211,20 @@ impl Run<'_> {
         (vec![self.single(k, before)], 1)
     }
 
-    /// Cosine between the jumps of a frame and the next, beyond what holds the body there.
+    /// Cosine between the jumps of a frame and the next, as they are or beyond what holds the body there,
+    /// whichever is larger.
     fn cosine_of_shares(&self, k: usize) -> f64 {
         let kinematics = self.kinematics;
+        let whole = cosine(kinematics, k, k + 1);
         let (Some(early), Some(late)) = (kinematics.left.get(k), kinematics.left.get(k + 1)) else {
-            return 0.0;
+            return whole;
         };
         let pushes = Support::around(kinematics, k, k + 1).pushes(0.5);
         let [a, b] =
             [(early, &pushes[0]), (late, &pushes[1])].map(|(jump, push)| sum(jump, &scaled(push, -1.0)));
         let dot = |a: &Jump, b: &Jump| product(kinematics, k, a, b);
         let squares = dot(&a, &a) * dot(&b, &b);
-        if squares > 0.0 { dot(&a, &b) / squares.sqrt() } else { 0.0 }
+        if squares > 0.0 { whole.max(dot(&a, &b) / squares.sqrt()) } else { whole }
     }
 
     /// An impact near one frame, with the share below the threshold that a neighbour may have.

@@ -34,6 +34,8 @@ const MOST_STEPS: usize = 4;
 const MOST_HALVINGS: usize = 4;
 /// Share of an error that is left where all cells at inner edges are halved: that of an error ∝ edge^0.6.
 const AT_EDGES: f64 = 0.66;
+/// Most nodes of such a grid.
+const MOST_NODES_AT_EDGES: f64 = 20_000.0;
 /// Share of an error above which a step is not worth its work.
 const NO_GAIN: f64 = 0.9;
 
@@ -93,8 +95,9 @@ impl ImmersedBody<'_> {
         let grid = (than.cells.grid(), &refinement);
         let cells = FiniteCells::new(self.framed(), grid, than.order, self.walls.thickness)?;
         let shares = vec![AT_EDGES; modes];
-        let mesh = Immersed { cells, refinement, shares, is_by_order: false, ..*than };
-        Ok((mesh.cells.node_count() as f64 <= most).then_some(mesh))
+        let (is_by_order, is_finer_at_edges) = (false, true);
+        let mesh = Immersed { cells, refinement, shares, is_by_order, is_finer_at_edges, ..*than };
+        Ok((mesh.cells.node_count() as f64 <= most.min(MOST_NODES_AT_EDGES)).then_some(mesh))
     }
 }
 

@@ -25,6 +25,8 @@ use super::{Event, Member, Scene};
 const SMALLEST_SHARE: f64 = 1e-4;
 /// Least impulse of an impact, over that of one at the threshold of sound.
 const GIVEN: f64 = 0.5;
+/// Least mean approach of its points, over what all impulses of the event change of it.
+const LEAST_APPROACH: f64 = 0.15;
 /// Distance of points that are one contact, as a share of the smaller body.
 const MERGED: f64 = 0.075;
 /// Largest relative velocity along the normal of surfaces that rest on each other [m/s], and its part that
@@ -148,13 +150,21 @@ impl Event {
         let uncertain = scene.uncertain_speed(&a).max(scene.uncertain_speed(&b));
         let is_fast = pushes.iter().map(approach).fold(0.0, f64::max) >= least;
         let is_missed = needed >= least && approach(&strongest) + uncertain >= least;
+        let whole = *self.merged(&pushing, f64::INFINITY).first()?;
+        let speed = scene.approach_of(&whole, [&a, &b]);
+        // What hardly approaches where it is driven off is led: a box that is tipped on its edge, whose fit
+        // needs another corner.
+        let of_push = |value: &dyn Fn(&Push) -> f64| -> f64 {
+            let sum: f64 = pushes.iter().map(|push| value(push) * strength(push)).sum();
+            sum / pushes.iter().map(strength).sum::<f64>()
+        };
+        let change = |push: &Push| self.change_at(pair, push.point).dot(push.normal);
+        let comes = of_push(&approach) + uncertain >= LEAST_APPROACH * of_push(&change);
         // Far less than an impact at the threshold gives is what the fit of another impact leaves.
-        let hits = (is_missed || is_fast) && given >= GIVEN * v_min;
+        let hits = (is_missed || is_fast) && comes && given >= GIVEN * v_min;
         if is_missed && !is_fast {
             pushes[place].approach = Some(needed);
         }
-        let whole = *self.merged(&pushing, f64::INFINITY).first()?;
-        let speed = scene.approach_of(&whole, [&a, &b]);
         let relative = velocity(whole.point);
         let parting = relative.dot(whole.normal);
         let across = (relative - whole.normal * parting).length();
@@ -166,6 +176,15 @@ impl Event {
             false => Met::Press,
         };
         Some(Meeting { pair, pushes, met, speed })
+    }
+
+    /// What all impulses change of the relative velocity of a pair at a point [m/s].
+    fn change_at(&self, pair: [usize; 2], point: DVec3) -> DVec3 {
+        let [a, b] = pair.map(|place| {
+            let (velocity, angular_velocity) = self.change_of(place);
+            velocity + angular_velocity.cross(point - self.members[place].fit.centre)
+        });
+        a - b
     }
 
     /// How far from it in time an impact may be passed on \[s\].

@@ -90,8 +90,8 @@ const LEAST_RATIO: f64 = 1.1;
 /// 2.0 % where 0.85 % was expected (angle iron of 300 × 30 × 30 × 3 mm to 1.5 kHz, 650 nodes).
 const FEW_NODES: usize = 2000;
 /// Nodes of bodies with inner edges below which neither that nor smaller cells at some of the edges do. Seen:
-/// 6.5 % for 0.3 % (bar with a T section of 300 × 24 × 20 × 4 mm, 650 nodes), 5.6 % for 0.4 % (square bar that
-/// ends within a cylinder, 1085 nodes).
+/// 6.5 % for 0.3 % (bar with a T section of 300 × 24 × 20 × 4 mm, 650 nodes), 5.6 % for 0.4 % (square bar
+/// that ends within a cylinder, 1085 nodes).
 const FEW_NODES_AT_EDGES: usize = 5000;
 /// Largest error that few nodes may hide.
 const LARGEST_HIDDEN: f64 = 0.07;

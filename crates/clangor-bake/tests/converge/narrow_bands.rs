@@ -127,8 +127,8 @@ fn cross_a_bar_in_a_cylinder_is_not_too_stiff() {
     for (mode, frequency) in found.modes.iter().zip(TETRAHEDRA) {
         let off = mode.frequency / frequency - 1.0;
         println!("{frequency} Hz: {off:.1e} off, {:.1e} said", mode.mesh_error);
-        // Seen: -6e-4 to 1.1e-3, 2e-3 to 6e-3 said. Without smaller cells at the inner edges: 0.1 to 5.6 % too
-        // high, 0.02 to 0.4 % said.
+        // Seen: -6e-4 to 1.1e-3, 2e-3 to 6e-3 said. Without smaller cells at the inner edges: 0.1 to 5.6 %
+        // too high, 0.02 to 0.4 % said.
         assert!((-0.003..mode.mesh_error).contains(&off), "{off:.1e} above {:.1e}", mode.mesh_error);
     }
 }

@@ -220,8 +220,8 @@ fn analytic_a_block_that_slides_passes_the_impact_on() {
     }
 }
 
-/// A box slides along the ground into another, and both slide on with the friction of the ground, which at few
-/// frames a second is as large as the jump of either.
+/// A box slides along the ground into another, and both slide on with the friction of the ground, which at
+/// few frames a second is as large as the jump of either.
 #[test]
 fn analytic_a_box_that_slides_into_another_gives_it_its_impulse() {
     const SPEED: f64 = 0.9;

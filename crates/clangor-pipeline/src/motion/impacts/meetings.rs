@@ -25,7 +25,8 @@ use super::{Event, Member, Scene};
 const SMALLEST_SHARE: f64 = 1e-4;
 /// Least impulse of an impact, over that of one at the threshold of sound.
 const GIVEN: f64 = 0.5;
-/// Least mean approach of its points, over what all impulses of the event change of it.
+/// Least mean approach of the points of a body that meets what nothing moves, over what all impulses change
+/// of it.
 const LEAST_APPROACH: f64 = 0.15;
 /// Distance of points that are one contact, as a share of the smaller body.
 const MERGED: f64 = 0.075;
@@ -159,7 +160,9 @@ impl Event {
             sum / pushes.iter().map(strength).sum::<f64>()
         };
         let change = |push: &Push| self.change_at(pair, push.point).dot(push.normal);
-        let comes = of_push(&approach) + uncertain >= LEAST_APPROACH * of_push(&change);
+        // What others drive may approach from rest within the frame.
+        let is_alone = self.members.iter().filter(|member| member.fit.inverse_mass > 0.0).count() == 1;
+        let comes = !is_alone || of_push(&approach) + uncertain >= LEAST_APPROACH * of_push(&change);
         // Far less than an impact at the threshold gives is what the fit of another impact leaves.
         let hits = (is_missed || is_fast) && comes && given >= GIVEN * v_min;
         if is_missed && !is_fast {

@@ -120,8 +120,8 @@ impl Scene<'_> {
         self.keep_gap(event, pair, first..=window.last + 1, TOGETHER.0)
     }
 
-    /// Whether a ball follows a surface through an event: its pushes go over into each other, what the surface
-    /// gives is no more than these, and it touches the surface at all of their frames.
+    /// Whether a ball follows a surface through an event: its pushes go over into each other, what the
+    /// surface gives is no more than these, and it touches the surface at all of their frames.
     fn is_guided(&self, event: &Event, pair: [usize; 2]) -> bool {
         let surfaces = pair.map(|place| &self.surfaces[event.members[place].body.index()]);
         let Some((window, kinematics)) = self.frames_of(event, pair) else { return false };

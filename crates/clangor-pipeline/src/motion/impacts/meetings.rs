@@ -1,6 +1,7 @@
 //! What the pairs of an event do to each other: which of them hit, and which pass an impact on.
 //!
-//! A pair hits if it approaches at the threshold of sound and has a part of the impulse of such an impact.
+//! A pair hits if it approaches at the threshold of sound and has a part of the impulse of such an impact. A
+//! body that is alone with what nothing moves must approach it by a part of what the impulse changes, too.
 //! The surfaces of a pile, or the balls of a cradle, touch when an impact meets one of them: they do not
 //! approach, but in the time of the impact each is driven against the next one. Such a pair passes on an
 //! impulse J, as in an impact at

@@ -188,8 +188,7 @@ impl Run<'_> {
     /// The first impacts of a run of frames that count, and how many of its frames they take; `before` is the
     /// last frame of the impact before.
     fn first_impacts(&self, k: usize, length: usize, before: usize) -> (Vec<JumpWindow>, usize) {
-        let is_one =
-            |k: usize| cosine(self.kinematics, k, k + 1).max(self.cosine_of_shares(k)) > SAME_DIRECTION;
+        let is_one = |k: usize| self.cosine_of_shares(k) > SAME_DIRECTION;
         match length {
             0 | 1 => {}
             _ if is_one(k) => return (vec![self.window(k, k + 1)], 2),

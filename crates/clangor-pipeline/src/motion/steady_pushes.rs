@@ -54,10 +54,7 @@ pub(super) fn is_of_pushes(jumps: &[Jump], k: usize, gravity: f64) -> bool {
         };
         // A body that lands from a flight is hit, however softly.
         let is_steady = other[0].distance(other[1]) < small && (step < 0 || other[0].length() > least);
-        let ahead = one + ONWARDS * slope;
-        let way = other[0] - ahead;
-        let part = (own - ahead).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
-        let is_on_way = own.distance(ahead + way * part.clamp(0.0, 1.0)) < small;
+        let is_on_way = rest_beyond(own, (one + ONWARDS * slope, other[0])).length() < small;
         is_steady && (is_on_way || own.distance(one + slope) < small)
     };
     let left_out = [[0, 0], [1, 0], [0, 1]];
@@ -85,23 +82,24 @@ pub(super) fn leaves_steady_push(jumps: &[Jump], k: usize, (least, fall): (f64, 
         let [Some(near), Some(far)] = frames else { return None };
         (near.distance(far) < 2.0 * most).then(|| 0.5 * (near + far))
     };
-    // What is left of a jump beyond the nearest push between two.
-    let beyond = |own: DVec3, (one, other): (DVec3, DVec3)| {
-        let way = other - one;
-        let part = (own - one).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
-        own - (one + way * part.clamp(0.0, 1.0))
-    };
     [(0, 0), (0, 1), (1, 0)].into_iter().any(|(before, after)| {
         let (Some(own), Some(one), Some(other)) = (push(k), steady(-1, before), steady(1, after)) else {
             return false;
         };
-        let rest = beyond(own, (one, other));
+        let rest = rest_beyond(own, (one, other));
         let twin = if before > 0 { k - 1 } else { k + after as usize };
         let is_larger = push(twin)
-            .map(|share| beyond(share, (one, other)))
+            .map(|share| rest_beyond(share, (one, other)))
             .is_some_and(|share| share.dot(rest) > 0.0 && share.length_squared() <= rest.length_squared());
         rest.length() > least && is_larger
     })
+}
+
+/// What is left of a push beyond the nearest one between two.
+fn rest_beyond(own: DVec3, (one, other): (DVec3, DVec3)) -> DVec3 {
+    let way = other - one;
+    let part = (own - one).dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
+    own - (one + way * part.clamp(0.0, 1.0))
 }
 
 /// Acceleration beyond gravity at a frame that is neither the first nor the last [m/s²].

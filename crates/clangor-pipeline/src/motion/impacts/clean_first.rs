@@ -7,8 +7,8 @@
 //! Δₖ ← Δₖ − (1 − f) J / m,    Δₖ₊₁ ← Δₖ₊₁ − f J / m
 //! ```
 //!
-//! which leaves the others: it may then have one alone, and so on, round by round. Bodies that touch each other
-//! and have all their impacts at one instant are one event at once, if it explains their jumps.
+//! which leaves the others: it may then have one alone, and so on, round by round. Bodies that touch each
+//! other and have all their impacts at one instant are one event at once, if it explains their jumps.
 
 use std::collections::BTreeSet;
 

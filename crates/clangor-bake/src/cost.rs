@@ -233,12 +233,15 @@ pub fn planned_cost_of_modes(
 }
 
 fn modes_by(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions, sizes: Sizes) -> f64 {
+    let most = most_of(options.effort);
     let exact = ModalBakeOptions { effort: Effort::Exact, ..*options };
-    let cost = of_finding_modes(geometry, material, &exact) + of_transfers(geometry, material, &exact, sizes);
-    match options.effort {
-        Effort::Draft => cost.min(DRAFT),
-        Effort::Exact => cost,
-    }
+    let found = finding_exactly(geometry, material, &exact, most);
+    (found + of_transfers(geometry, material, &exact, sizes)).min(most)
+}
+
+/// Most operations of a part.
+fn most_of(effort: Effort) -> f64 {
+    if effort == Effort::Draft { DRAFT } else { f64::INFINITY }
 }
 
 /// Operations of [`find_held_modes`](crate::modal::find_held_modes) alone, of a body that supports hold:
@@ -254,11 +257,19 @@ pub fn of_finding_held_modes(
 
 /// Operations of [`find_modes`](crate::modal::find_modes) alone, of a free body.
 pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &ModalBakeOptions) -> f64 {
+    let most = most_of(options.effort);
+    let exact = ModalBakeOptions { effort: Effort::Exact, ..*options };
+    finding_exactly(geometry, material, &exact, most).min(most)
+}
+
+/// The same of exact modes. It may be less than the estimate where that is more than `enough`.
+fn finding_exactly(
+    geometry: &BakeGeometry,
+    material: &Material,
+    options: &ModalBakeOptions,
+    enough: f64,
+) -> f64 {
     let Ok(constants) = ElasticConstants::of(material) else { return 0.0 };
-    if options.effort == Effort::Draft {
-        let exact = ModalBakeOptions { effort: Effort::Exact, ..*options };
-        return of_finding_modes(geometry, material, &exact).min(DRAFT);
-    }
     let volume = geometry.mass_properties().map_or(0.0, |mass| mass.volume);
     let (area, wall) = (geometry.area(), mean_wall(geometry));
     let limit = first_limit(geometry, volume, material, options);
@@ -278,9 +289,15 @@ pub fn of_finding_modes(geometry: &BakeGeometry, material: &Material, options: &
             5.0 * (3.0 * (NODES_PER_CUBE * volume / edge.powi(3)).min(most)).powi(2)
         }
         Ok(ModalChoice::Cells(surface)) => {
-            let more = if has_inner_edges(&surface) { halved_cells(options.mesh_error) } else { 1.0 };
-            let unknowns = (more * unknowns).min(3.0 * most);
-            1.5e4 * unknowns.powf(1.5) + PER_TRIANGLE * surface.triangles.len() as f64
+            let in_cells = |more: f64| {
+                let unknowns = (more * unknowns).min(3.0 * most);
+                1.5e4 * unknowns.powf(1.5) + PER_TRIANGLE * surface.triangles.len() as f64
+            };
+            // A search for inner edges takes as long as some drafts.
+            match in_cells(1.0) < enough && has_inner_edges(&surface) {
+                true => in_cells(halved_cells(options.mesh_error)),
+                false => in_cells(1.0),
+            }
         }
         Ok(ModalChoice::Prisms(plate)) => {
             let nodes = plate_nodes(plate, &constants, limit, options.mesh_error).min(most);

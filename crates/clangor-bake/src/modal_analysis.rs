@@ -275,7 +275,7 @@ pub fn draft_modal_analysis(
     match choice {
         ModalChoice::Cells(surface) => {
             // Without a search for mirror planes, which takes longer than a few cells.
-            let body = ImmersedBody::new(surface, constants, options.most_nodes, CellEffort::Draft)?;
+            let body = ImmersedBody::draft(&surface, constants, options.most_nodes)?;
             refined(&body, constants, options, progress).map(|(analysis, _)| analysis)
         }
         other => modal_analysis_by(other, constants, options, progress),

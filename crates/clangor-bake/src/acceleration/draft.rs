@@ -5,7 +5,7 @@
 //! any other body    ─► a few hundred vertices ─► boundary elements on triangles ┴─► band ─► above it, 1/f
 //! ```
 //!
-//! The band ends where edges are [`EDGES_PER_WAVE`] to a wave, or where frequencies would be too many. Above
+//! The band ends where two edges are a wave, or where frequencies would be too many. Above
 //! it the pattern is that of its last frequency, and falls as 1/f: a surface in motion has then the pressure
 //! ρc v of a plane wave, so that an acceleration gives p ∝ 1/ω. Third octaves against exact fields:
 //! tests/cross/draft.rs.
@@ -26,7 +26,7 @@ use crate::bem::symmetric_patches::SymmetricPatchSolver;
 use crate::bem::triangles::TriangleSolver;
 use crate::geometry_class::bake_geometry::{Axisymmetry, BakeGeometry};
 use crate::geometry_class::solver_choice::BoundaryChoice;
-use crate::mesh::draft_surface::draft_surface;
+use crate::mesh::draft_surface::{draft_surface, resolved_wavenumber};
 use crate::radiation::{RadiationError, RadiationSample, RadiationSolver};
 
 /// Error that the fit of a draft aims at.
@@ -39,9 +39,8 @@ const MORE_SOLVES: usize = 4;
 /// Fewest and most vertices.
 const VERTICES: [f64; 2] = [220.0, MOST_VERTICES];
 pub(crate) const MOST_VERTICES: f64 = 340.0;
-/// Edges to a wave that the vertices aim at, and at the end of the band.
+/// Edges to a wave that the vertices aim at.
 const WANTED_EDGES: f64 = 4.0;
-const EDGES_PER_WAVE: f64 = 2.0;
 /// Highest κ of curved patches, and of bodies of revolution on their meridian.
 const HIGHEST_ON_PATCHES: f64 = 6.0;
 /// Most unknowns on a meridian.
@@ -115,8 +114,8 @@ fn resolved(mesh: &TriMesh, highest: f64) -> Result<(TriMesh, f64), BakeError> {
     let vertices_for = |edge: f64| 2.0 / 3.0_f64.sqrt() * area / (edge * edge);
     let vertices = vertices_for(TAU / highest / WANTED_EDGES).clamp(VERTICES[0], VERTICES[1]);
     let coarse = draft_surface(mesh, vertices)?;
-    let edge = (2.0 / 3.0_f64.sqrt() * area / coarse.vertices.len().max(1) as f64).sqrt();
-    Ok((coarse, highest.min(TAU / (EDGES_PER_WAVE * edge))))
+    let end = resolved_wavenumber(&coarse);
+    Ok((coarse, highest.min(end)))
 }
 
 fn prepared(

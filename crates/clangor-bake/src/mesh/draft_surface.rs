@@ -9,6 +9,8 @@
 //! with the triangles of the input. Triangles are uneven, and rounded edges become facets. The volume that
 //! facets lose comes back as an offset of all faces, so that a wire becomes thicker and its ring no wider.
 
+use std::f64::consts::TAU;
+
 use clangor_core::geometry::mass_properties::MassProperties;
 use clangor_core::geometry::refine::refine_to_edge;
 use clangor_core::geometry::solid::MeshError;
@@ -28,6 +30,8 @@ const COARSER: f64 = 2.0;
 const ATTEMPTS: usize = 5;
 /// Vertices in those asked for that are not too many.
 const MANY: f64 = 1.15;
+/// Edges to the shortest wave of a field.
+const EDGES_PER_WAVE: f64 = 2.0;
 /// Largest share of the volume that an offset makes good. Seen: 0.31 of a wire of 60 × 1 mm.
 const VOLUME: f64 = 0.6;
 
@@ -38,8 +42,7 @@ const VOLUME: f64 = 0.6;
 pub(crate) fn draft_surface(surface: &TriMesh, vertices: f64) -> Result<TriMesh, MeshError> {
     let mass = MassProperties::of(surface)?;
     let area = surface.area();
-    // Two equilateral triangles for each vertex.
-    let edge = (2.0 / 3.0_f64.sqrt() * area / vertices).sqrt();
+    let edge = edge_of(area, vertices);
     let mut tolerance = (FROM_WALL * 2.0 * mass.volume / area).min(FROM_EDGE * edge);
     let mut longest = LONGEST * edge;
     let mut coarse = refine_to_edge(surface, longest);
@@ -61,6 +64,16 @@ pub(crate) fn draft_surface(surface: &TriMesh, vertices: f64) -> Result<TriMesh,
     let shift = mass.centre_of_mass - MassProperties::of(&coarse)?.centre_of_mass;
     coarse.vertices.iter_mut().for_each(|x| *x += shift);
     Ok(coarse)
+}
+
+/// Side of equilateral triangles \[m\], two for each vertex, that cover an area \[m²\].
+fn edge_of(area: f64, vertices: f64) -> f64 {
+    (2.0 / 3.0_f64.sqrt() * area / vertices).sqrt()
+}
+
+/// The highest wavenumber [1/m] that fields on such a surface have.
+pub(crate) fn resolved_wavenumber(surface: &TriMesh) -> f64 {
+    TAU / (EDGES_PER_WAVE * edge_of(surface.area(), surface.vertices.len().max(1) as f64))
 }
 
 #[cfg(test)]

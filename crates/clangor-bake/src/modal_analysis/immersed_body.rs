@@ -13,6 +13,7 @@
 //! [`mirror_parities`](super::mirror_parities)). The other side then is the image of this one, noise of the
 //! surface included.
 
+mod draft_cells;
 mod face_directions;
 mod local_refinement;
 mod mirrors;
@@ -29,15 +30,14 @@ use clangor_core::geometry::tri_mesh::TriMesh;
 use clangor_core::sound_model::modal::surface::ModalSurface;
 use glam::{DMat3, DVec3};
 
+use draft_cells::draft_edge;
 use mirrors::Mirrors;
 use through_holes::hole_spacing;
 
 use super::mirror_parities::{MirrorParities, PartMode, PartNodes};
 use super::{Finer, ModalAnalysisError, RefinableDiscretization, Spectrum, largest, shortest_wave};
 use crate::cost::work_limit::WorkLimit;
-use crate::fem::finite_cells::{
-    CellGrid, FiniteCells, Order, Planes, Refinement, edge_for, edge_of_cells, expected,
-};
+use crate::fem::finite_cells::{CellGrid, FiniteCells, Order, Planes, Refinement, edge_for, expected};
 use crate::fem::supports::{Holding, Support, SupportError, SupportKind, SupportRegion};
 use crate::fem::{ElasticConstants, ElasticSystem};
 use crate::geometry_class::inner_creases::{Walls, singular_edges};
@@ -102,12 +102,11 @@ const CONFIRMING_ACCURACY: f64 = 0.5;
 const SURFACE_EDGE: f64 = 0.35;
 /// Largest distance of that surface from the input, in walls.
 const SURFACE_ERROR: f64 = 0.1;
+/// The same of a draft.
+const DRAFT_SURFACE_ERROR: f64 = 0.25;
 
 /// Distance of the end of a clamp from that of the body that is none, in cells.
 const END: f64 = 1e-3;
-
-/// Cells of a draft.
-const DRAFT_CELLS: f64 = 90.0;
 
 /// How much work the grids of a body may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -286,7 +285,11 @@ impl<'a> ImmersedBody<'a> {
     /// The triangles on which shapes are given: short against waves, and not many more than that needs.
     fn carrier(&self, edge: f64) -> TriMesh {
         let longest = SURFACE_EDGE * edge;
-        decimate(&refine_to_edge(&self.surface, longest), longest, SURFACE_ERROR * self.walls.thickness)
+        let error = match self.effort {
+            CellEffort::Accurate => SURFACE_ERROR,
+            CellEffort::Draft => DRAFT_SURFACE_ERROR,
+        };
+        decimate(&refine_to_edge(&self.surface, longest), longest, error * self.walls.thickness)
     }
 }
 
@@ -326,8 +329,8 @@ impl RefinableDiscretization for ImmersedBody<'_> {
         let edge = longest.into_iter().chain(between_holes).fold(edge_in_waves * wave, f64::min);
         match self.effort {
             CellEffort::Draft => {
-                let fewer = edge_of_cells(self.surface.area(), self.volume, DRAFT_CELLS);
-                self.with(edge.max(fewer), Order::Second)
+                let fewer = draft_edge(self.surface.area(), self.volume);
+                self.draft_cells(edge.max(fewer))
             }
             CellEffort::Accurate => self.with(edge, Order::Third),
         }

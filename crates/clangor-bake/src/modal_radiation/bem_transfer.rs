@@ -5,8 +5,8 @@
 //!
 //! * *direct*: one system for each mode, at its own wavenumber: for few modes, and for cavities, whose
 //!   resonances no ladder of wavenumbers resolves;
-//! * *adjoint*: the same for drafts, whose systems are small, by the adjoint pressure of each mode
-//!   (`bem::triangles::adjoint_multipoles`);
+//! * *adjoint*: the same for drafts, whose systems are small, by the adjoint pressure of each mode, and by
+//!   plane waves where the triangles are too coarse (`bem::triangles::adjoint_multipoles`);
 //! * *ladder*: systems at wavenumbers Δκ apart, κ = kR. The multipoles of a mode are interpolated from the
 //!   six nearest by a polynomial of degree five. Multipoles normalised on the sphere of radius R, without
 //!   e^{−ikR}, are smooth in k: their delays, from any point of the body, are −R/c … R/c and echoes. At
@@ -42,7 +42,7 @@ use crate::bem::triangles::{Equation, MOST_ORDER, TriangleSolver};
 use crate::cost::operations::{self, MANY, PER_SECOND};
 use crate::effort::Effort;
 use crate::geometry_class::mirror_symmetry::mirror_planes_in_mean;
-use crate::mesh::draft_surface::draft_surface;
+use crate::mesh::draft_surface::{draft_surface, resolved_wavenumber};
 use crate::mesh::remesh::resolution::resolution;
 use crate::mesh::remesh::{RemeshError, SymmetricMesh, remesh, remesh_symmetric};
 use crate::modal_radiation::normal_velocity_projection::NormalVelocityProjection;
@@ -144,7 +144,7 @@ impl BemModalSolver {
     }
 
     /// A draft for a body whose centre of mass is at the origin: one mesh of about 320 unknowns for all
-    /// modes. Above two edges per wavelength it says little.
+    /// modes. Those above two edges per wavelength send plane waves.
     ///
     /// # Errors
     /// [`RemeshError::Input`] for a surface that bounds no solid.
@@ -200,7 +200,8 @@ impl BemModalSolver {
         let band = self.bands.first().ok_or(RadiationError::Empty)?;
         let radius = surface.radius();
         let wavenumbers: Vec<f64> = motions.iter().map(|motion| motion.wavenumber * self.unit).collect();
-        let highest = wavenumbers.iter().copied().fold(0.0, f64::max);
+        let end = resolved_wavenumber(&band.mesh.cell);
+        let highest = wavenumbers.iter().copied().fold(0.0, f64::max).min(end);
         let solver = TriangleSolver::try_draft(&band.mesh.cell, highest)?;
         let operator =
             NormalVelocityProjection::new(surface, &band.mesh.cell).ok_or(RadiationError::Empty)?;
@@ -212,7 +213,7 @@ impl BemModalSolver {
             .collect();
         let count = motions.len() as f64;
         let mut on_progress = |done: f64| progress((done * count) as usize);
-        let sums = solver.radiate_each(&lone, radius, &mut on_progress)?;
+        let sums = solver.radiate_each(&lone, (radius, highest), &mut on_progress)?;
         let _ = progress(motions.len());
         Ok(sums
             .into_iter()

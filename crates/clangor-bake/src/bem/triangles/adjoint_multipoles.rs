@@ -18,6 +18,15 @@
 //!
 //! of all motions at the points of these triangles, w their quadrature weights.
 //!
+//! Waves that are shorter than two edges are beyond the triangles. There each point of the surface sends a
+//! plane wave, as at high frequencies: p = a_n / ik. The field of this pressure is that of
+//!
+//! ```text
+//! ψ = a_n,      since ∮ (a_n u − i/k a_n ∂u/∂n) dS = ∮ ψ (u + γ ∂u/∂n) dS with γ = −i/k
+//! ```
+//!
+//! without a system. Bending waves that are shorter than those in air cancel in this integral as well.
+//!
 //! Not for surfaces with mirror planes, nor for many motions at one wavenumber: there the incident waves are
 //! cheaper.
 
@@ -41,6 +50,10 @@ const BLOCK: usize = 32;
 /// Systems between two calls of the progress, and their share of the work.
 const TOGETHER: usize = 16;
 const SOLVES: f64 = 0.5;
+/// Iterations for the normal acceleration, and the step that is best for linear functions on triangles, whose
+/// integrals are ¼ to 1 of those of one point: each takes away 0.4 of what is left, or more.
+const ITERATIONS: usize = 10;
+const STEP: f64 = 1.6;
 
 /// A motion at its wavenumber.
 #[derive(Clone, Copy, Debug)]
@@ -76,14 +89,14 @@ struct AtPoints {
 
 impl TriangleSolver {
     /// What [`radiate`](Self::radiate) gives for each motion alone; of a surface without mirror planes.
-    /// `progress` gets the share that is done.
+    /// Beyond a wavenumber `highest`, by plane waves. `progress` gets the share that is done.
     ///
     /// # Errors
     /// [`RadiationError::NotFinite`] and [`RadiationError::Interrupted`].
     pub(crate) fn radiate_each(
         &self,
         motions: &[LoneMotion<'_>],
-        radius: f64,
+        (radius, highest): (f64, f64),
         progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Vec<Vec<Complex64>>, RadiationError> {
         let scale = self.radius / radius;
@@ -95,7 +108,8 @@ impl TriangleSolver {
             if progress(SOLVES * adjoints.len() as f64 / motions.len() as f64).is_break() {
                 return Err(RadiationError::Interrupted);
             }
-            let solved: Vec<Adjoint> = batch.par_iter().map(|m| self.adjoint(&motions[*m], radius)).collect();
+            let solve = |m: &usize| self.adjoint(&motions[*m], (radius, highest));
+            let solved: Vec<Adjoint> = batch.par_iter().map(solve).collect();
             adjoints.extend(solved);
         }
         let most = adjoints.first().map_or(0, |adjoint| adjoint.order);
@@ -142,9 +156,19 @@ impl TriangleSolver {
         Ok(coefficients)
     }
 
-    /// Solves the transposed system of a motion.
-    fn adjoint(&self, motion: &LoneMotion<'_>, radius: f64) -> Adjoint {
+    /// The adjoint pressure of a motion.
+    fn adjoint(&self, motion: &LoneMotion<'_>, (radius, highest): (f64, f64)) -> Adjoint {
         let LoneMotion { wavenumber, order, loads } = *motion;
+        let pressures = match wavenumber <= highest {
+            true => self.solved_adjoint(wavenumber, loads),
+            false => self.accelerations(loads),
+        };
+        let coupling = self.coupling(wavenumber * self.radius) * self.radius / radius;
+        Adjoint { kappa: wavenumber * radius, coupling, order: order.min(MOST_ORDER), pressures }
+    }
+
+    /// The solution of the transposed system of a motion.
+    fn solved_adjoint(&self, wavenumber: f64, loads: &[f64]) -> Vec<Complex64> {
         let classes = self.all_classes();
         let mut pressures = vec![Complex64::ZERO; self.panels.vertices.len()];
         for (class, matrix) in classes.iter().zip(self.matrices(wavenumber, &classes)) {
@@ -162,8 +186,35 @@ impl TriangleSolver {
                 pressures[vertex] = widen(psi);
             }
         }
-        let coupling = self.coupling(wavenumber * self.radius) * self.radius / radius;
-        Adjoint { kappa: wavenumber * radius, coupling, order: order.min(MOST_ORDER), pressures }
+        pressures
+    }
+
+    /// The normal acceleration a_n at the vertices of the panels, in their units, by iteration of
+    /// Σⱼ ∮ φᵢ φⱼ dS aⱼ = ∮ φᵢ a_n dS.
+    fn accelerations(&self, loads: &[f64]) -> Vec<Complex64> {
+        let count = self.panels.vertices.len();
+        let (mut right, mut areas) = (vec![0.0; count], vec![0.0; count]);
+        for ((vertex, _), load) in self.origin.iter().zip(loads) {
+            if let Some(sum) = right.get_mut(*vertex as usize) {
+                *sum += load;
+            }
+        }
+        let triangles = || self.panels.triangles.iter().zip(&self.panels.areas);
+        for (corners, area) in triangles() {
+            corners.iter().for_each(|v| areas[*v as usize] += area / 3.0);
+        }
+        let mut found = vec![0.0; count];
+        for _ in 0..ITERATIONS {
+            let mut rest = right.clone();
+            for (corners, area) in triangles() {
+                let sum: f64 = corners.iter().map(|v| found[*v as usize]).sum();
+                corners.iter().for_each(|v| rest[*v as usize] -= area / 12.0 * (found[*v as usize] + sum));
+            }
+            found.iter_mut().zip(rest.iter().zip(&areas)).for_each(|(a, (rest, area))| {
+                *a += STEP * rest / area;
+            });
+        }
+        found.into_iter().map(|a| Complex64::new(a, 0.0)).collect()
     }
 
     /// A motion at the quadrature points of some triangles.
@@ -249,7 +300,8 @@ mod tests {
             loads: &loads[m],
         };
         let motions: Vec<LoneMotion<'_>> = (0..3).map(lone).collect();
-        let each = solver.radiate_each(&motions, 0.04, &mut |_| ControlFlow::Continue(())).expect("finite");
+        let each =
+            solver.radiate_each(&motions, (0.04, 400.0), &mut |_| ControlFlow::Continue(())).expect("finite");
         let mut worst = 0.0_f64;
         for (motion, own) in motions.iter().zip(&each) {
             let LoneMotion { wavenumber, order, loads } = *motion;
@@ -263,5 +315,34 @@ mod tests {
         }
         println!("Largest difference {worst:.1e} of the largest multipole");
         assert!(worst < 1e-5, "{worst}");
+    }
+
+    /// The pressure of a sphere that breathes is a R/(1 + iκ), that of plane waves a R/iκ. With the harmonic
+    /// j₀(kr) the first has the monopole j₀ − κ j₁/(1 + iκ), the second j₀ + i j₁.
+    #[test]
+    fn plane_waves_are_those_of_high_frequencies() {
+        let mesh = Shape::parse("sphere:0.05@0.0045").expect("a ball").mesh();
+        let solver = TriangleSolver::try_new(&mesh, 300.0, Equation::BurtonMiller).expect("small");
+        let mut loads = vec![0.0; mesh.vertices.len()];
+        for (t, corners) in mesh.triangles.iter().enumerate() {
+            corners.iter().for_each(|v| loads[*v as usize] += mesh.area_vector(t).length() / 3.0);
+        }
+        let (mut worst, mut furthest) = (0.0_f64, 0.0_f64);
+        for kappa in [5.0_f64, 10.0] {
+            let motion = [LoneMotion { wavenumber: kappa / 0.05, order: 0, loads: &loads }];
+            let monopole = |highest: f64| {
+                let each = solver.radiate_each(&motion, (0.05, highest), &mut |_| ControlFlow::Continue(()));
+                each.expect("finite")[0][0]
+            };
+            let ratio = monopole(0.0) / monopole(f64::INFINITY);
+            let (j0, i) = (kappa.sin() / kappa, Complex64::I);
+            let j1 = (j0 - kappa.cos()) / kappa;
+            let closed = (j0 + i * j1) / (j0 - kappa * j1 / (1.0 + i * kappa));
+            worst = worst.max((ratio / closed - 1.0).norm());
+            furthest = furthest.max((closed - 1.0).norm());
+        }
+        // Seen: 6.6e-3, where plane waves are off by up to 0.10.
+        println!("{worst:.1e}, waves {furthest:.2}");
+        assert!(worst < 0.02, "{worst}");
     }
 }

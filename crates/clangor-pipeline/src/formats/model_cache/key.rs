@@ -22,6 +22,8 @@ const FINE_SOLVERS: u32 = 4;
 const FINE: f64 = 0.01;
 /// The same for modes and their sound.
 const MODAL_SOLVERS: u32 = 12;
+/// The same for drafts of them.
+const MODAL_DRAFTS: u32 = 13;
 /// The same for the bank of ringing ellipsoids.
 const BANK_SOLVERS: u32 = 3;
 /// The same for the convex parts of meshes, by a change of any bit.
@@ -58,7 +60,7 @@ pub fn modal_key(
     let mut inputs = Inputs(Hasher::new());
     inputs.text("modal");
     inputs.whole(modal_file::VERSION.into());
-    inputs.whole(MODAL_SOLVERS.into());
+    inputs.modal_solvers(options.effort);
     inputs.geometry(geometry);
     let Material { youngs_modulus, poisson_ratio, density, .. } = *material;
     [youngs_modulus, poisson_ratio, density].into_iter().for_each(|n| inputs.number(n));
@@ -77,7 +79,7 @@ pub fn given_modes_key(geometry: &BakeGeometry, model: &ModalModel, options: &Mo
     let mut inputs = Inputs(Hasher::new());
     inputs.text("given modes");
     inputs.whole(modal_file::VERSION.into());
-    inputs.whole(MODAL_SOLVERS.into());
+    inputs.modal_solvers(options.effort);
     inputs.geometry(geometry);
     let ModalBakeOptions { medium, accuracy, max_frequency, effort, .. } = *options;
     let numbers = [medium.density, medium.sound_speed, max_frequency, accuracy];
@@ -144,6 +146,14 @@ impl Inputs {
     fn number(&mut self, number: f64) {
         // −0 is 0.
         self.0.write(&(number + 0.0).to_le_bytes());
+    }
+
+    fn modal_solvers(&mut self, effort: Effort) {
+        let version = match effort {
+            Effort::Exact => MODAL_SOLVERS,
+            Effort::Draft => MODAL_DRAFTS,
+        };
+        self.whole(version.into());
     }
 
     /// Exact bakes have the keys of before there were drafts.

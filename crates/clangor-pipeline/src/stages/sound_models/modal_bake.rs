@@ -101,8 +101,12 @@ impl RequestedPart for ModalBake {
     }
 
     fn operations(&self, geometry: &BakeGeometry) -> f64 {
-        let free = cost::of_finding_modes(geometry, &self.material, &self.options);
-        cost::of_modes(geometry, &self.material, &self.options) + self.operations_of_modes(geometry) - free
+        let free = cost::of_modes(geometry, &self.material, &self.options);
+        if self.supports.is_empty() {
+            return free;
+        }
+        let found_free = cost::of_finding_modes(geometry, &self.material, &self.options);
+        free + self.operations_of_modes(geometry) - found_free
     }
 }
 

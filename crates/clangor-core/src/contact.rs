@@ -42,6 +42,7 @@ pub mod recorded_forces;
 pub mod relative_curvature;
 mod relative_motion;
 mod row_checks;
+mod slow_rest;
 mod touched_form;
 pub mod touching;
 mod vibrating_member;

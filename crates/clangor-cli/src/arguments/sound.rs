@@ -244,7 +244,8 @@ pub(crate) enum StrikePart {
 /// Parts of the sound of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RenderedPart {
-    /// Acceleration noise: the clicks of bodies whose velocity changes
+    /// Acceleration noise: the clicks of bodies whose velocity changes; alone, with the forces of bodies that
+    /// do not vibrate
     Acceleration,
     /// The sound of their vibration modes
     Modal,

@@ -16,8 +16,9 @@
 //! adds is their course: one force history for click, ringing and ground.
 //!
 //! Where no solve is possible, all points share Hertz's pulse, and the forces on the modes are bounded by the
-//! energy of the approach ([`modal_energy`](super::modal_energy)). The profiles of the papers are rigid-body
-//! forces and bounded likewise.
+//! energy of the approach ([`modal_energy`](super::modal_energy)); where these are less than half of it, the
+//! rest of the impulse acts slowly ([`slow_rest`](super::slow_rest)). The profiles of the papers are
+//! rigid-body forces, and bounded likewise on the modes.
 
 use std::sync::Arc;
 
@@ -28,8 +29,9 @@ use super::force_shape::ForceShape;
 use super::hertz::HertzContact;
 use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::{BodyPulse, ImpactPulse};
-use super::impact_solver::{ImpactSolver, SolveInput, SolvedForce};
+use super::impact_solver::{ImpactSolver, MOST_SCALE, SolveInput, SolvedForce};
 use super::modal_energy::{ModesAtContact, ModesOf, bound_modal_energy, modal_energy_ratio};
+use super::slow_rest::slow_rest;
 use crate::body::BodyId;
 
 /// How the force of an impact comes about.
@@ -57,6 +59,8 @@ pub struct ForceSettings {
     pub band: f64,
 }
 
+/// Greatest force of Hertz's pulse in its mean over the duration.
+const HERTZ_PEAK: f64 = 1.84;
 /// Steps per first duration offline: 0.15 dB from many steps in 90 % of impacts on thin bodies.
 pub const OFFLINE_STEPS: f64 = 16.0;
 /// Steps per first duration in real time: 0.6 dB.
@@ -120,12 +124,49 @@ pub fn contact_forces(
                 return Ok(pulses_of(impact, &pulse, forces));
             }
             solver.count_fallback();
+            bound_modal_energy(&mut pulse);
+            return Ok(bounded_pulses(impact, pulse, settings.band));
         }
         ImpactModel::Solved | ImpactModel::Rigid => {}
     }
     // Bound of the forces on the modes.
     bound_modal_energy(&mut pulse);
     Ok(vec![pulse])
+}
+
+/// A pulse of rigid bodies of which the modes take a part g, and the rest of its impulse, which acts slowly
+/// where they take little: a force that is bounded on the modes is so on the motion.
+fn bounded_pulses(impact: &Impact, pulse: ImpactPulse, band: f64) -> Vec<ImpactPulse> {
+    let gain = pulse.bodies.iter().flatten().map(|share| share.modal_gain).fold(1.0, f64::min);
+    let impulse = impact.points.iter().map(|point| point.impulse.length()).sum::<f64>();
+    let greatest = gain * impulse * HERTZ_PEAK / pulse.duration;
+    let rest = (gain * MOST_SCALE < 1.0)
+        .then(|| slow_rest((1.0 - gain) * impulse, (greatest, pulse.duration), band))
+        .flatten();
+    let Some((history, end)) = rest else { return vec![pulse] };
+    let part = |(share, duration, shape, modal_gain): (f64, f64, ForceShape, f64)| {
+        let scaled = |point: &ContactPoint| ContactPoint {
+            impulse: share * point.impulse,
+            couple: share * point.couple,
+            ..*point
+        };
+        let points: Vec<ContactPoint> = impact.points.iter().map(scaled).collect();
+        let body = |side: usize, sign: f64| {
+            let moved =
+                |_| BodyPulse { modal_gain, ..BodyPulse::new(&impact.sides[side], &points, sign, duration) };
+            pulse.bodies[side].map(moved)
+        };
+        ImpactPulse {
+            duration,
+            shape,
+            bodies: [body(0, 1.0), body(1, -1.0)],
+            points: points.iter().map(|point| (point.place, point.impulse)).collect(),
+            ..pulse.clone()
+        }
+    };
+    let fast = (gain, pulse.duration, pulse.shape.clone(), 1.0);
+    let slow = (1.0 - gain, end, ForceShape::History(history), 0.0);
+    vec![part(fast), part(slow)]
 }
 
 /// The pulses of an impact whose `forces` a timeline holds.

@@ -21,11 +21,12 @@
 //!
 //! The motion of a timeline is given: its impulses are those of rigid bodies. The forces of the solve keep
 //! their shape and are scaled to the sum of the normal impulses, by s = (1 + e recorded)/(1 + e solved)
-//! where the solve has the restitution e. On the modes s counts at most 2 (6 dB). Several points share the
-//! sum as the solve has it: which of them touches first, and what each gets, is an accident of rigid bodies
-//! that land almost flat. Velocities of points that are no rigid motion are replaced by the nearest one
-//! (`relative_motion`). The recorded friction keeps its impulse; an impact without any has none in the
-//! solve.
+//! where the solve has the restitution e, but at most by 2 (6 dB). What is left of the impulse acts slowly
+//! and with no greater force, over up to 50 ms: a thin body gives way at once, and what its waves bring back
+//! stops it. Several points share the sum as the solve has it: which of them touches first, and what each
+//! gets, is an accident of rigid bodies that land almost flat. Velocities of points that are no rigid motion
+//! are replaced by the nearest one (`relative_motion`). The recorded friction keeps its impulse; an impact
+//! without any has none in the solve.
 //!
 //! Not covered: more than two bodies, loads of standing contacts, gravity during the impact.
 
@@ -42,12 +43,13 @@ use super::impact::{ContactPoint, Impact};
 use super::impact_pulse::ImpactPulse;
 use super::modal_energy::ModesAtContact;
 use super::relative_motion::rigid_velocities;
+use super::slow_rest::slow_rest;
 use super::vibrating_member::{RingingBodies, VibratingMember, modal_poles};
 
 /// Factor from a solved to a recorded impulse above which the contact of the solve hardly closed: there is no
 /// force whose shape could be taken.
 const MOST_MISSED: f64 = 100.0;
-/// Largest factor by which a solved force on modes is raised to a recorded impulse: 6 dB.
+/// Largest factor by which a solved force is raised to a recorded impulse: 6 dB.
 pub const MOST_SCALE: f64 = 2.0;
 /// Share of the energy of the approach in the modes above which a contact at one point is solved.
 pub(super) const LEAST_MODAL_SHARE: f64 = 0.003;
@@ -71,7 +73,7 @@ pub struct SolveReport {
     pub recorded: u64,
     /// Largest factor s from a solved impulse to the recorded one; 0 without solves.
     pub largest_scale: f64,
-    /// Solved impacts whose s is above 2, the most that counts on modes.
+    /// Solved impacts whose s is above 2: the rest of their impulse acts slowly.
     pub over_scaled: u64,
     /// Steps of all solves.
     pub steps: u64,
@@ -97,7 +99,7 @@ pub(super) struct SolvedForce {
     pub(super) history: Arc<ForceHistory>,
     /// End of the force after the onset \[s\].
     pub(super) end: f64,
-    /// Factor from the recorded impulse to the force on the modes, at most 1.
+    /// Factor from the impulse to that on the modes, at most 1: 0 of the part that acts slowly.
     pub(super) modal_gain: f64,
 }
 
@@ -279,6 +281,13 @@ fn deviation(force: &[f64], reference: &[f64]) -> f64 {
     force.iter().zip(reference).map(|(a, b)| (a * own - b * other).abs()).sum()
 }
 
+/// The shape of forces, each constant over a `step` \[s\], up to a `band` \[Hz\], and its end \[s\].
+fn shape_of_steps(forces: &[f64], step: f64, band: f64) -> Option<(Arc<ForceHistory>, f64)> {
+    let end = forces.iter().rposition(|force| *force != 0.0).map_or(0, |last| last + 1);
+    let (history, _) = ForceHistory::of_steps(&forces[..end], step, band)?;
+    Some((Arc::new(history), end as f64 * step))
+}
+
 /// The shapes of the forces with their impulses, and the factor s from the solved to the recorded normal
 /// impulse of the impact.
 fn scaled_forces(
@@ -296,18 +305,20 @@ fn scaled_forces(
     if scale > MOST_MISSED {
         return None;
     }
-    let gain = (MOST_SCALE / scale).min(1.0);
-    let of_steps = |forces: &[f64]| {
-        let end = forces.iter().rposition(|force| *force != 0.0).map_or(0, |last| last + 1);
-        let (history, _) = ForceHistory::of_steps(&forces[..end], step, band)?;
-        Some((Arc::new(history), end as f64 * step))
-    };
+    let shown = scale.min(MOST_SCALE);
+    let gain = shown / scale;
+    let of_steps = |forces: &[f64]| shape_of_steps(forces, step, band);
     // Points whose force has the shape of the sum share it.
     let mut sum = vec![0.0; courses.first()?[0].len()];
     for course in courses {
         sum.iter_mut().zip(&course[0]).for_each(|(sum, force)| *sum += force);
     }
     let common = of_steps(&sum)?;
+    // What is left of the impulse at twice the solved force.
+    let greatest = shown * sum.iter().copied().fold(0.0, f64::max);
+    let left = recorded - shown * solved;
+    let rest = (scale > MOST_SCALE).then(|| slow_rest(left, (greatest, common.1), band)).flatten();
+    let (part, gain) = if rest.is_some() { (gain, 1.0) } else { (1.0, gain) };
     let single = courses.len() == 1;
     let mut forces = Vec::with_capacity(courses.len());
     for (at, (course, point)) in courses.iter().zip(&impact.points).enumerate() {
@@ -333,8 +344,8 @@ fn scaled_forces(
         });
         let with = |impulse: DVec3, couple: DVec3, (history, end): (Arc<ForceHistory>, f64)| SolvedForce {
             point: at,
-            impulse,
-            couple,
+            impulse: part * impulse,
+            couple: part * couple,
             history,
             end,
             modal_gain: gain,
@@ -346,6 +357,15 @@ fn scaled_forces(
             }
             None => forces.push(with(along + across, point.couple, shape)),
         }
+        // The modes have all that they get.
+        forces.extend(rest.clone().map(|(history, end)| SolvedForce {
+            point: at,
+            impulse: (1.0 - part) * (along + across),
+            couple: (1.0 - part) * point.couple,
+            history,
+            end,
+            modal_gain: 0.0,
+        }));
     }
     Some((forces, scale))
 }

@@ -85,6 +85,34 @@ fn a_solved_force_has_the_recorded_impulse_and_no_more_energy_than_the_approach(
     }
 }
 
+/// An impulse ten times as large as that of the contact: bodies get twice the solved force, and the rest with
+/// no greater one, of which modes have nothing.
+#[test]
+fn what_a_contact_does_not_give_acts_slowly() {
+    let forces = |factor: f64| {
+        let mut solver = ImpactSolver::default();
+        let mut impact = impact(0.1);
+        impact.points.iter_mut().for_each(|point| point.impulse *= factor);
+        let pulses = contact_forces(&impact, &modes, &ForceSettings::default(), &mut solver).unwrap();
+        (impact.points[0].impulse, pulses, solver.report().largest_scale)
+    };
+    let (_, solved, scale) = forces(1.0);
+    let (impulse, pulses, _) = forces(10.0);
+    let sum: DVec3 = pulses.iter().flat_map(|pulse| &pulse.points).map(|(_, j)| *j).sum();
+    assert!((sum - impulse).length() < 1e-12 * impulse.length());
+    let greatest = |pulse: &ImpactPulse| {
+        let ForceShape::History(history) = &pulse.shape else { panic!("a history") };
+        history.values().iter().copied().fold(0.0, f64::max) * pulse.points[0].1.length()
+    };
+    let [fast, slow] = &pulses[..] else { panic!("{} pulses", pulses.len()) };
+    let twice = 2.0 * greatest(&solved[0]) / scale;
+    println!("{} N of {twice} N, then {} N for {} s", greatest(fast), greatest(slow), slow.duration);
+    assert!((greatest(fast) / twice - 1.0).abs() < 1e-9 && greatest(slow) < 1.01 * twice);
+    assert!(slow.duration >= fast.duration && slow.bodies[0].unwrap().modal_gain == 0.0);
+    let share = modal_energy(&pulses) / modal_energy(&solved) / (2.0 / scale).powi(2);
+    assert!((share - 1.0).abs() < 1e-9, "{share}");
+}
+
 #[test]
 fn a_body_that_rings_meets_the_next_impact_with_its_vibration() {
     let settings = ForceSettings::default();

@@ -207,8 +207,8 @@ impl RenderReportView<'_> {
         }
         if solves.over_scaled > 0 {
             console.warn(format_args!(
-                "the recorded impulses of {} are over twice those of the solve, so the modes get twice the \
-                 solved force (+6 dB)",
+                "the recorded impulses of {} are over twice those of the solve: bodies get twice the solved \
+                 force (+6 dB), and the rest slowly",
                 counted(solves.over_scaled as usize, "impact", "impacts"),
             ));
         }

@@ -17,7 +17,7 @@
 //!
 //! Where no solve is possible, all points share Hertz's pulse, and the forces on the modes are bounded by the
 //! energy of the approach ([`modal_energy`](super::modal_energy)); where these are less than half of it, the
-//! rest of the impulse acts slowly ([`slow_rest`](super::slow_rest)). The profiles of the papers are
+//! rest of the impulse acts slowly (`slow_rest`). The profiles of the papers are
 //! rigid-body forces, and bounded likewise on the modes.
 
 use std::sync::Arc;

@@ -19,9 +19,9 @@
 //! The gain keeps the time profile, because a contact that gives way still begins as sharply as with a small
 //! mass, and so keeps the treble. It is a bound and no solution of the contact: the motion, the acceleration
 //! noise and the ground keep the impulse of rigid bodies, of which a part acts slowly where g is small
-//! ([`contact_forces`](super::contact_forces)), and a body that is struck again while it rings may gain more.
-//! Lasting contact forces are not bounded. For the release of a crack, ½ m V² is the energy that its impulse
-//! and couple alone would give to pieces at rest.
+//! ([`contact_forces`](fn@super::contact_forces)), and a body that is struck again while it rings may gain
+//! more. Lasting contact forces are not bounded. For the release of a crack, ½ m V² is the energy that its
+//! impulse and couple alone would give to pieces at rest.
 
 use std::f64::consts::TAU;
 

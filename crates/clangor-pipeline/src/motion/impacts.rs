@@ -11,7 +11,9 @@
 //! The confidence of an impact is the explained share of the energy of the jumps of its event. Approaches
 //! below the threshold of sound, and those of a body that a support holds, are rows of lasting contact.
 
+mod bodies_between;
 mod clean_first;
+mod eased_motions;
 mod event_rows;
 mod flat_impacts;
 mod joined_members;
@@ -280,6 +282,7 @@ impl<'a> Scene<'a> {
     /// The same in order of time, with their places for each body.
     fn windows_in_order(&mut self, recorded: &[RecordedBody], v_min: f64, noise: &[f64]) -> Vec<JumpWindow> {
         let mut windows = self.windows(recorded, v_min, noise);
+        windows.retain(|window| !self.is_eased(window));
         windows.sort_by(|a, b| a.time.total_cmp(&b.time));
         self.windows.iter_mut().for_each(Vec::clear);
         for (index, window) in windows.iter().enumerate() {
@@ -390,6 +393,7 @@ impl<'a> Scene<'a> {
             }
             next += 1;
         }
+        self.drop_points_behind(&members, &mut points);
         if points.is_empty() {
             return None;
         }

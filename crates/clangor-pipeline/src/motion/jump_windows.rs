@@ -38,16 +38,13 @@ use std::ops::Range;
 use clangor_core::body::BodyId;
 use glam::{DMat3, DVec3};
 
-use super::kinematics::{Jump, Kinematics, Start};
+use super::kinematics::{Jump, Kinematics, Start, go_over};
 use super::steady_pushes::{LEAST_PUSH, STEADY, is_of_pushes, lasts, leaves_steady_push};
 
 /// Frames on both sides that show whether a jump is steady.
 const NEIGHBOURS: usize = 5;
-/// Frames in a row that have the force of lasting contact, the largest ratio of two that follow each other
-/// and the least cosine between them, and the longest time of these frames \[s\].
+/// Frames in a row that have the force of lasting contact, and the longest time of these frames \[s\].
 const ROW: usize = 5;
-const ALIKE_SIZE: f64 = 3.0;
-const ALIKE_DIRECTION: f64 = 0.8;
 const LASTING: f64 = 0.01;
 /// Frames in a row whose push is the weight, from which something holds the body.
 const CARRIED: usize = 4;
@@ -448,11 +445,7 @@ fn is_lasting(jumps: &[Jump], k: usize, gravity: f64) -> bool {
 
 /// The rows of frames around a frame whose pushes go over into each other.
 pub(super) fn lasting_rows(jumps: &[Jump], k: usize, gravity: f64) -> impl Iterator<Item = Range<usize>> {
-    let goes_over = |pair: &[Jump]| {
-        let (a, b) = (pair[0].velocity, pair[1].velocity);
-        let (one, two) = (a.length(), b.length());
-        one.max(two) < ALIKE_SIZE * one.min(two) && a.dot(b) > ALIKE_DIRECTION * one * two
-    };
+    let goes_over = |pair: &[Jump]| go_over(pair[0].velocity, pair[1].velocity);
     let pushes = move |jump: &Jump| jump.velocity.length() > LEAST_PUSH * gravity * jump.span;
     let is_row = move |row: &Range<usize>| {
         let around = jumps.get(row.clone()).unwrap_or_default();

@@ -32,6 +32,9 @@ const HELD: f64 = 0.05;
 const IN_NOISE: f64 = 4.0;
 const MOST_IN_MEAN: usize = 16;
 const OF_MEAN: f64 = 0.82;
+/// Largest ratio of the pushes of two frames of a force that lasts, and the least cosine between them.
+const ALIKE_SIZE: f64 = 3.0;
+const ALIKE_DIRECTION: f64 = 0.8;
 
 /// Mass of a body and what moves it between impacts.
 #[derive(Clone, Copy, Debug)]
@@ -340,6 +343,12 @@ impl<'a> Kinematics<'a> {
         let Interval { velocity, angular_velocity, .. } = interval;
         Some(State { pose: Pose { position, orientation }, velocity, angular_velocity })
     }
+}
+
+/// Whether the pushes of two frames that follow each other may be those of a force that lasts.
+pub(super) fn go_over(push: DVec3, next: DVec3) -> bool {
+    let (one, two) = (push.length(), next.length());
+    one.max(two) < ALIKE_SIZE * one.min(two) && push.dot(next) > ALIKE_DIRECTION * one * two
 }
 
 fn interval(from: &Frame, to: &Frame, inertia: &Inertia) -> Interval {

@@ -16,15 +16,13 @@
 use glam::DVec3;
 
 use super::impulse_fit::FitContact;
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, go_over};
 
 /// Frames in a row of one push, and frames beside an instant in which they are sought.
 const ROW: usize = 3;
 const REACH: usize = 5;
-/// Least push, over gravity, and the largest ratio and least cosine of two that follow each other.
+/// Least push, over gravity.
 const LEAST: f64 = 0.3;
-const ALIKE_SIZE: f64 = 3.0;
-const ALIKE_DIRECTION: f64 = 0.8;
 /// Share of a push, squared, from which contacts do not give it, and most sweeps over them.
 const MISSING: f64 = 0.25;
 const SWEEPS: usize = 50;
@@ -107,10 +105,7 @@ fn side(kinematics: &Kinematics<'_>, near: &[usize]) -> Side {
     let least = LEAST * kinematics.inertia.gravity.length();
     let pushes: Vec<DVec3> =
         near.iter().map(|k| kinematics.jumps[*k].velocity / kinematics.jumps[*k].span).collect();
-    let goes_over = |pair: &[DVec3]| {
-        let (one, two) = (pair[0].length(), pair[1].length());
-        one.max(two) < ALIKE_SIZE * one.min(two) && pair[0].dot(pair[1]) > ALIKE_DIRECTION * one * two
-    };
+    let goes_over = |pair: &[DVec3]| go_over(pair[0], pair[1]);
     let is_row = |row: &&[DVec3]| {
         least > 0.0 && row.iter().all(|push| push.length() > least) && row.windows(2).all(goes_over)
     };
@@ -126,7 +121,7 @@ fn side(kinematics: &Kinematics<'_>, near: &[usize]) -> Side {
 }
 
 /// Whether contacts can give a push, but for a share of it.
-fn is_given(push: DVec3, reaches: &[Reach]) -> bool {
+pub(super) fn is_given(push: DVec3, reaches: &[Reach]) -> bool {
     let (mut left, mut own) = (push, vec![DVec3::ZERO; reaches.len()]);
     for _ in 0..SWEEPS {
         for (own, reach) in own.iter_mut().zip(reaches) {

@@ -91,6 +91,16 @@ impl Placed<'_> {
     fn edges(&self) -> Edges<'_> {
         Edges { edges: &self.sampled.edges, pose: self.pose, radius: self.sampled.radius }
     }
+
+    /// Distance of a point [m, world] from the surface \[m\], negative inside.
+    pub(super) fn signed_distance(&self, point: DVec3) -> f64 {
+        let local = self.pose.body_from_world(point);
+        match &*self.sampled.surface {
+            Surface::HalfSpace | Surface::Plate { .. } => local.y,
+            Surface::Sphere { radius } => local.length() - radius,
+            Surface::Mesh(mesh) => mesh.signed_distance(local),
+        }
+    }
 }
 
 /// Whether the bounding balls come within a distance \[m\].

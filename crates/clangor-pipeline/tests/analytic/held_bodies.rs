@@ -89,6 +89,44 @@ fn analytic_an_eased_motion_hits_nothing() {
     }
 }
 
+/// Steps and slides of keys with flat tangents, so quick that few frames show them, and what stops dead at
+/// the end of its way.
+#[test]
+fn analytic_quick_steps_hit_nothing() {
+    let (body, half) = (block("0.28x0.08x0.1"), 0.04);
+    let eased = |part: f64| {
+        let part = part.clamp(0.0, 1.0);
+        part * part * (3.0 - 2.0 * part)
+    };
+    for (rate, start) in
+        [24.0, 25.0, 30.0, 48.0, 60.0].into_iter().flat_map(|rate| [0.2, 0.213, 0.227].map(|t| (rate, t)))
+    {
+        for (height, length) in [(0.15, 0.3), (0.05, 0.5)] {
+            let way = |t: f64| {
+                let part = (t - start) / length;
+                let up = eased(2.0 * part) - eased(2.0 * part - 1.0);
+                DVec3::new(0.7 * eased(part), half + height * up, 0.0)
+            };
+            let recorded = sampled(0, rate, None, |t| Pose::at(way(t)));
+            let found = find_impacts(&world(vec![body.clone()]), &[recorded], 0.05);
+            let rows = impacts(&found.contacts);
+            assert!(rows.is_empty(), "{rate} Hz from {start}, {height} m in {length} s: {rows:?}");
+        }
+        // Eased up, and down to a dead stop.
+        let (lift, fall) = (0.1, 0.2);
+        let (instant, speed) = (start + 0.2 + fall, 2.0 * lift / fall);
+        let stomp = |t: f64| {
+            let down = ((t - start - 0.2) / fall).clamp(0.0, 1.0);
+            Pose::at(DVec3::Y * (half + lift * (eased((t - start + 0.2) / 0.4) - down * down)))
+        };
+        let found = find_impacts(&world(vec![body.clone()]), &[sampled(0, rate, None, stomp)], 0.05);
+        let rows = impacts(&found.contacts);
+        let off = rows.iter().map(|row| row.impulse_n).sum::<f64>() / (body.mass * speed) - 1.0;
+        // Seen: 2.6e-11.
+        assert!(off.abs() < 1e-6, "{rate} Hz, stopped at {instant} s: {off:.1e}");
+    }
+}
+
 /// Neither two corners with a friction that nothing shows, nor the one that was found first.
 #[test]
 fn analytic_a_tile_that_lands_flat_has_four_equal_corners() {

@@ -9,6 +9,7 @@ mod imported_motion;
 #[path = "../parquet_columns/mod.rs"]
 mod parquet_columns;
 
+mod bodies_between;
 mod first_and_last_frames;
 mod ground_render;
 mod held_bodies;

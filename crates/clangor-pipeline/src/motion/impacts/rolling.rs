@@ -170,7 +170,7 @@ impl Scene<'_> {
     }
 
     /// The pose of a body at an instant.
-    fn pose_at(&self, body: BodyId, time: f64) -> Option<Pose> {
+    pub(super) fn pose_at(&self, body: BodyId, time: f64) -> Option<Pose> {
         match &self.kinematics[body.index()] {
             Some(kinematics) => kinematics.at(time).map(|state| state.pose),
             None => Some(state_of_unrecorded(&self.world.bodies[body.index()], time).pose),

@@ -13,7 +13,8 @@
 //! the real-time engine and its front ends all call [`contact_forces`](fn@contact_forces). The impulses are
 //! those of the motion: recorded by a solver of rigid bodies, or (1 + e) m V along the normal
 //! ([`Impact::with_restitution`]). What the solve of the contact ([`impact_solver`](super::impact_solver))
-//! adds is their course: one force history for click, ringing and ground.
+//! adds is their course: one force history for click, ringing and ground. What of an impulse a contact that
+//! gives way does not give moves the bodies and the ground slowly, and no modes (`slow_rest`).
 //!
 //! Where no solve is possible, all points share Hertz's pulse, and the forces on the modes are bounded by the
 //! energy of the approach ([`modal_energy`](super::modal_energy)); where these are less than half of it, the

@@ -17,8 +17,8 @@
 //!
 //! Opposite impulses that squeeze a body change nothing of it. Its partners would show them, but not where
 //! nothing moves these, or where others hold them in turn, as in a wall. With a small lever between them they
-//! even explain a turn, at a hundred times the true impulses. Calm impulses are therefore
-//! sought too, in passes that each add
+//! even explain a turn, at a hundred times the true impulses. Calm impulses are therefore sought too, in
+//! passes that each add
 //!
 //! ```text
 //! ε/2 Σ (j − j′)ᵀ K (j − j′)        j′ of the pass before, zero in the first
@@ -27,7 +27,7 @@
 //! (proximal point iteration, Rockafellar 1976; the same in [`lasting_fit`](super)). Of a motion with the
 //! curvature λ, about one for what bodies show and far less for what squeezes them, n passes leave
 //! (ε/(ε + λ))ⁿ. They are taken where Σ jᵀ K j is less and hardly more stays unexplained: a load
-//! on a stack of N bodies, whose λ is about 1/N², needs the others.
+//! on a stack of N bodies, whose λ is about 1/N², may need the others.
 
 use clangor_core::pose::Pose;
 use glam::{DMat3, DVec3};

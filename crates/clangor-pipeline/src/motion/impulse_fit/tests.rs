@@ -43,18 +43,38 @@ fn a_surface_cannot_pull() {
     assert_eq!(fit.residual, 1.0);
 }
 
-/// A body lands, and turns by a little that no contact explains but a squeeze of 16 N s between the floor and
-/// a ceiling, 2 mm beside each other.
+/// Flat bodies of 1 kg between a floor and a ceiling that nothing moves, with ten points at random, are hit
+/// by 1 N s, and their motion has an error.
 #[test]
-fn what_only_a_squeeze_explains_stays_unexplained() {
-    let mut bodies = [ball(1.0, DVec3::ZERO), FitBody::IMMOVABLE, FitBody::IMMOVABLE];
-    bodies[0].inverse_inertia = DMat3::from_diagonal(DVec3::splat(100.0));
-    (bodies[0].velocity, bodies[0].angular_velocity) = (DVec3::Y, DVec3::Z * 3.2);
-    let contact = |other, point, normal| FitContact { bodies: [0, other], point, normal, friction: 0.0 };
-    let floor = contact(1, DVec3::new(0.001, -0.1, 0.0), DVec3::Y);
-    let ceiling = contact(2, DVec3::new(-0.001, 0.1, 0.0), DVec3::NEG_Y);
-    let fit = fit_impulses(&bodies, &[floor, ceiling]);
-    // Seen: 1.6e-3 N s off, and nothing from the ceiling.
-    assert!(fit.impulses[0].distance(DVec3::Y) < 0.05, "{fit:?}");
-    assert!(fit.impulses[1].length() < 0.05, "{fit:?}");
+fn an_error_of_the_motion_is_not_explained_by_squeezes() {
+    let mut state = 1_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 * 2.0 - 1.0
+    };
+    for (friction, most) in [(0.0, 3.0), (0.5, 6.0)] {
+        let mut largest = 0.0_f64;
+        for _ in 0..400 {
+            let mut contact = |k: usize| {
+                let side = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+                let point = DVec3::new(0.1 * random(), -0.005 * side, 0.02 * random());
+                let normal = DVec3::new(0.1 * random(), side, 0.1 * random()).normalize();
+                FitContact { bodies: [0, 1 + k % 2], point, normal, friction }
+            };
+            let contacts: Vec<FitContact> = (0..10).map(&mut contact).collect();
+            let mut error = || DVec3::new(random(), random(), random());
+            let inverse_inertia = DMat3::from_diagonal(DVec3::splat(100.0));
+            let turned = inverse_inertia * contacts[0].point.cross(contacts[0].normal);
+            let body = FitBody {
+                inverse_inertia,
+                velocity: contacts[0].normal + 0.15 * error(),
+                angular_velocity: turned + 1.5 * error(),
+                ..ball(1.0, DVec3::ZERO)
+            };
+            let fit = fit_impulses(&[body, FitBody::IMMOVABLE, FitBody::IMMOVABLE], &contacts);
+            largest = largest.max(fit.impulses.iter().map(|impulse| impulse.length()).sum());
+        }
+        // Seen: 2.6 and 5.3 N s; without calm impulses, 4.4 and 27.7 N s.
+        assert!(largest < most, "{friction}: {largest}");
+    }
 }

@@ -11,6 +11,9 @@
 //!
 //! Middles keep their order as long as bodies do not overlap by half of their thickness. Bodies that lie
 //! beside each other, as two planks below one ball, fill no interval of one line.
+//!
+//! Limits: a thin body that an earlier impact has stopped within the same frame stands at its mean place
+//! there, and may seem to lie above what lands on it.
 
 use glam::DVec3;
 

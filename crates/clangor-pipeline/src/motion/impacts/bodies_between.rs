@@ -46,16 +46,14 @@ impl Scene<'_> {
         }
         let is_behind = |(contact, touch): &(FitContact, Touch)| {
             let [a, c] = contact.bodies;
-            let between = partners[a].iter().chain(&partners[c]).filter(|b| ![a, c].contains(b));
+            let mut between = partners[a].iter().chain(&partners[c]).filter(|b| ![a, c].contains(b));
             let placed = |place: usize| {
                 let Member { body, state, .. } = members[place];
                 self.placed(body, state.pose)
             };
-            between.into_iter().any(|b| is_between(placed(*b), [a, c].map(placed), touch))
+            between.any(|b| is_between(placed(*b), [a, c].map(placed), touch))
         };
-        let behind: Vec<bool> = points.iter().map(is_behind).collect();
-        let mut behind = behind.into_iter();
-        points.retain(|_| !behind.next().unwrap_or(false));
+        points.retain(|point| !is_behind(point));
     }
 }
 

@@ -50,7 +50,7 @@ impl Scene<'_> {
         if window.last + 1 - window.first + before + after < FRAMES {
             return false;
         }
-        let (first, last) = (window.first - before.min(window.first), window.last + after);
+        let (first, last) = (window.first - before, window.last + after);
         let is_led = |frames: Vec<usize>| {
             frames.len() == BESIDE
                 && frames.into_iter().all(|k| self.is_moved_by_hand(window.body, kinematics, k))
